@@ -1,0 +1,88 @@
+"""cospeech: a record goes in as motion and sound, passes one room after another as tables, and comes out as
+scores, figures and moving bodies."""
+
+import time
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import min_version
+
+from cospeech import config as configuration
+from cospeech import closure
+from cospeech.errors import UserError
+from cospeech.synthesis import systems
+
+min_version("9.0")
+
+
+# The embedded default; what --configfile names is laid over it.
+configfile: "config/demo.yaml"
+
+
+RESULTS = f"results/{config['run']}"
+REPORTS = f"reports/{config['run']}"
+VIRTUAL = config["corpus"]["source"] == "studio"
+
+try:
+    configuration.check(config)
+    RECORDS = configuration.records(config, RESULTS)
+    BRINGS = configuration.brings(RECORDS)
+except UserError as error:
+    raise WorkflowError(str(error)) from None
+
+ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
+MAIN = configuration.main_setting(config)
+SWEEP = configuration.sweep_settings(config)
+SYSTEMS = systems(studio=VIRTUAL)
+
+
+wildcard_constraints:
+    record="|".join(RECORDS),
+    fold="|".join(RECORDS),
+    actor="|".join(ACTORS),
+    system="|".join(SYSTEMS),
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/studio.smk"
+include: "workflow/rules/corpus.smk"
+include: "workflow/rules/speech.smk"
+include: "workflow/rules/phrases.smk"
+include: "workflow/rules/synthesis.smk"
+include: "workflow/rules/animation.smk"
+include: "workflow/rules/evaluation.smk"
+include: "workflow/rules/report.smk"
+
+
+localrules:
+    all,
+    sweep,
+    annotate,
+
+
+rule all:
+    default_target: True
+    input:
+        f"{REPORTS}/index.html",
+
+
+rule sweep:
+    input:
+        expand(f"{REPORTS}/figures/{{figure}}.svg", figure=["fig-7.2a", "fig-7.2b"]),
+
+
+rule annotate:
+    input:
+        expand(f"{RESULTS}/annotations/{{record}}.{{format}}", record=RECORDS, format=["eaf", "TextGrid"]),
+
+
+STARTED = time.time()
+
+
+onsuccess:
+    print(f"cospeech: done; the report is {REPORTS}/index.html")
+
+
+onerror:
+    for line in mistakes(since=STARTED):
+        print(f"cospeech: {line}", file=sys.stderr)

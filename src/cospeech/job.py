@@ -1,0 +1,86 @@
+"""What every script does around its one call: hand over settings, write outputs, log, end with one line on a mistake."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import os
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from cospeech import tables
+from cospeech.errors import UserError
+
+log = logging.getLogger("cospeech")
+
+
+def settings_hash(settings: dict[str, Any]) -> str:
+    """Return the hash of the settings that a rule was given; the code's own hash is no setting."""
+    given = {key: value for key, value in settings.items() if key != "code"}
+    return hashlib.sha256(json.dumps(given, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+class Job:
+    """One running script: its inputs, outputs and settings under short names."""
+
+    def __init__(self, snakemake: Any) -> None:
+        self.input = snakemake.input
+        self.output = snakemake.output
+        self.wildcards = snakemake.wildcards
+        self.params: dict[str, Any] = dict(snakemake.params.items())
+        self.corpus: str = self.params["corpus"]
+        self.rule: str = snakemake.rule
+
+    def read(self, path: str, schema: str, columns: list[str] | None = None) -> pd.DataFrame:
+        """Read one table (see ``tables.read``)."""
+        return tables.read(path, schema, columns)
+
+    def write(self, frame: pd.DataFrame, path: str, schema: str) -> None:
+        """Write one table with the origin of this job in its metadata (see ``tables.write``)."""
+        tables.write(frame, path, schema, corpus=self.corpus, config_hash=settings_hash(self.params))
+
+    def say(self, message: str) -> None:
+        """Put one line into the log of this job."""
+        log.info(message)
+
+
+@contextmanager
+def run(snakemake: Any) -> Iterator[Job]:
+    """Run the body of a script as a ``Job``.
+
+    A UserError ends the process with its one line on stderr and in the log, and exit status 1; any other exception
+    leaves its traceback in the log, and one line on stderr says where.
+    """
+    path = Path(snakemake.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield Job(snakemake)
+    except UserError as error:
+        _stop(f"{snakemake.rule}: {error}")
+    except OSError as error:
+        if error.errno in (28, 122):
+            _stop(f"{snakemake.rule}: the disk is full ({error.filename}); free some space and run again")
+        log.error(traceback.format_exc())
+        _stop(f"{snakemake.rule}: {error}; the traceback is in {path}")
+    except Exception as error:
+        log.error(traceback.format_exc())
+        _stop(f"{snakemake.rule}: defect in cospeech ({type(error).__name__}: {error}); the traceback is in {path}")
+
+
+def _stop(message: str) -> None:
+    line = " ".join(message.split())
+    log.error(f"ERROR {line}")
+    print(f"cospeech: {line}", file=sys.stderr, flush=True)
+    logging.shutdown()
+    os._exit(1)

@@ -1,0 +1,113 @@
+"""Frames, seconds, labels and boundaries: the arithmetic of label streams.
+
+A segment is half-open, [start, end). Frame k of a stream with rate f covers [k / f, (k + 1) / f) and its centre is
+(k + 0.5) / f. Two neighbouring segments may carry one label and are still two phrases.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.errors import UserError
+
+GESTURES = ("raise_both", "rest", "left", "perpendicular", "contact", "open", "right")
+"""The gesture phrase classes g1 to g7 of Özkul 2012, Table 4.1, in its order."""
+
+Labels = npt.NDArray[Any]
+Frames = npt.NDArray[np.int64]
+
+
+def prosody_labels(clusters: int) -> tuple[str, ...]:
+    """Return the names p1 ... pM of the prosody clusters."""
+    return tuple(f"p{m}" for m in range(1, clusters + 1))
+
+
+def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
+    """Return the centres of the frames in seconds, shape (n_frames,)."""
+    return (np.arange(n_frames) + 0.5) / fps
+
+
+def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float) -> pd.DataFrame:
+    """Return the segment table of phrases that begin at frames ``starts`` and end where the next begins.
+
+    Parameters
+    ----------
+    starts : (L,) increasing first frames, the first of them 0.
+    labels : (L,) one label a segment.
+    """
+    first = np.asarray(starts, dtype=np.int64)
+    end = np.append(first[1:], n_frames)
+    return pd.DataFrame(
+        {
+            "record": record,
+            "segment": np.arange(len(first), dtype=np.int64),
+            "start_frame": first,
+            "end_frame": end,
+            "start_s": first / fps,
+            "end_s": end / fps,
+            "label": np.asarray(labels, dtype=object).astype(str),
+        }
+    )
+
+
+def from_labels(record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None) -> pd.DataFrame:
+    """Return the segment table of a frame label sequence, shape (T,).
+
+    A segment begins where the label changes and, with ``begins`` (T,) of bool, also where that is true, so that
+    equal neighbours stay two phrases.
+    """
+    stream = np.asarray(labels)
+    change = np.ones(len(stream), dtype=bool)
+    change[1:] = stream[1:] != stream[:-1]
+    if begins is not None:
+        change[1:] |= np.asarray(begins, dtype=bool)[1:]
+    starts = np.flatnonzero(change)
+    return from_starts(record, starts, stream[starts], len(stream), fps)
+
+
+def to_labels(table: pd.DataFrame, n_frames: int | None = None) -> Labels:
+    """Return the label of every frame, shape (n_frames,), of a segment table that covers them without a gap."""
+    lengths = (table["end_frame"] - table["start_frame"]).to_numpy()
+    labels = np.repeat(table["label"].to_numpy(dtype=object), lengths)
+    return labels if n_frames is None else labels[:n_frames]
+
+
+def at_times(table: pd.DataFrame, times_s: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """Return the row of the segment that holds each time, shape (n,); times beyond the ends take the nearest."""
+    row = np.searchsorted(table["start_s"].to_numpy(), np.asarray(times_s), side="right") - 1
+    return np.clip(row, 0, len(table) - 1).astype(np.int64)
+
+
+def resample(table: pd.DataFrame, n_frames: int, fps: float) -> pd.DataFrame:
+    """Return the segments on another frame grid, by time: frame k belongs to the segment that holds its centre.
+
+    Equal neighbours stay apart; a segment too short to hold a frame's centre vanishes.
+    """
+    rows = at_times(table, frame_times(n_frames, fps))
+    starts = np.flatnonzero(np.append(True, rows[1:] != rows[:-1]))
+    labels = table["label"].to_numpy(dtype=object)[rows[starts]]
+    return from_starts(str(table["record"].iloc[0]), starts, labels, n_frames, fps)
+
+
+def boundaries_s(table: pd.DataFrame) -> npt.NDArray[np.float64]:
+    """Return the start times of the segments in seconds, shape (L,)."""
+    return table["start_s"].to_numpy(dtype=float)
+
+
+def check(table: pd.DataFrame, where: str) -> None:
+    """Raise UserError unless the segments of one record start at 0 and follow one another without gap or overlap."""
+    start, end = table["start_frame"].to_numpy(), table["end_frame"].to_numpy()
+    if len(table) == 0:
+        raise UserError(f"{where}: holds no segment")
+    if start[0] != 0:
+        raise UserError(f"{where}: the first segment starts at frame {start[0]}, not at 0")
+    wrong = np.flatnonzero((end <= start) | (np.append(start[1:], end[-1]) != end))
+    if len(wrong):
+        row = int(wrong[0])
+        raise UserError(
+            f"{where}: segment {row} [{start[row]}, {end[row]}) is empty, or overlaps or leaves a gap to the next"
+        )
