@@ -7,8 +7,8 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
+from cospeech import alone, closure
 from cospeech import config as configuration
-from cospeech import closure
 from cospeech.errors import UserError
 from cospeech.synthesis import systems
 
@@ -16,7 +16,7 @@ min_version("9.0")
 
 
 # The embedded default; what --configfile names is laid over it.
-configfile: "config/demo.yaml"
+configfile: Path(workflow.basedir) / "config/demo.yaml"
 
 
 RESULTS = f"results/{config['run']}"
@@ -58,6 +58,7 @@ localrules:
     all,
     sweep,
     annotate,
+    verify,
 
 
 rule all:
@@ -76,7 +77,27 @@ rule annotate:
         expand(f"{RESULTS}/annotations/{{record}}.{{format}}", record=RECORDS, format=["eaf", "TextGrid"]),
 
 
+rule verify:
+    params:
+        results=RESULTS,
+        corpus=config["corpus"]["name"],
+        code=code("verify"),
+    log:
+        f"{RESULTS}/logs/verify.log",
+    message:
+        "reading every artifact of the run again"
+    script:
+        "scripts/verify.py"
+
+
 STARTED = time.time()
+
+
+onstart:
+    try:
+        alone.hold(Path(RESULTS, ".lock"))
+    except UserError as error:
+        raise WorkflowError(str(error)) from None
 
 
 onsuccess:

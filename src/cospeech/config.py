@@ -45,7 +45,8 @@ def check(config: Config) -> None:
 
     text = (schema_folder() / "config.yaml").read_text(encoding="utf-8")
     found = sorted(
-        Draft202012Validator(yaml.safe_load(text)).iter_errors(config), key=lambda error: list(map(str, error.path))
+        Draft202012Validator(yaml.safe_load(text)).iter_errors(config),
+        key=lambda error: list(map(str, error.path)),
     )
     if found:
         raise UserError("; ".join(_explain(error) for error in found[:5]))
@@ -101,7 +102,9 @@ def _impossible(config: Config) -> list[str]:
         if inner["head_s"] + inner["tail_s"] >= shortest:
             problems.append(f"evaluation.interior leaves nothing of a record of {shortest} s")
         if not config["studio"]["sound"] and config["phrases"]["gesture"]["first_examples"] == "rules":
-            problems.append("phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out")
+            problems.append(
+                "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
+            )
     return problems
 
 
@@ -119,7 +122,9 @@ def records(config: Config, results: str) -> dict[str, Record]:
         _check_files(listed)
     twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
     if twice:
-        raise UserError(f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own")
+        raise UserError(
+            f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own"
+        )
     alone = [name for name, count in Counter(record["actor"] for record in listed).items() if count < 2]
     if alone:
         raise UserError(
@@ -216,7 +221,9 @@ def _read_sheet(path: Path) -> list[Record]:
                 try:
                     record[key] = float(record[key])
                 except ValueError:
-                    raise UserError(f"{path}: line {line}: {key} '{record[key]}' is not a number of seconds") from None
+                    raise UserError(
+                        f"{path}: line {line}: {key} '{record[key]}' is not a number of seconds"
+                    ) from None
         if "record" not in record or "actor" not in record:
             raise UserError(f"{path}: line {line}: needs a record and an actor")
         listed.append(record)

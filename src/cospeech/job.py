@@ -75,7 +75,9 @@ def run(snakemake: Any) -> Iterator[Job]:
         _stop(f"{snakemake.rule}: {error}; the traceback is in {path}")
     except Exception as error:
         log.error(traceback.format_exc())
-        _stop(f"{snakemake.rule}: defect in cospeech ({type(error).__name__}: {error}); the traceback is in {path}")
+        _stop(
+            f"{snakemake.rule}: defect in cospeech ({type(error).__name__}: {error}); the traceback is in {path}"
+        )
 
 
 def _stop(message: str) -> None:

@@ -31,7 +31,9 @@ def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
     return (np.arange(n_frames) + 0.5) / fps
 
 
-def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float) -> pd.DataFrame:
+def from_starts(
+    record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float
+) -> pd.DataFrame:
     """Return the segment table of phrases that begin at frames ``starts`` and end where the next begins.
 
     Parameters
@@ -54,7 +56,9 @@ def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_fra
     )
 
 
-def from_labels(record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None) -> pd.DataFrame:
+def from_labels(
+    record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None
+) -> pd.DataFrame:
     """Return the segment table of a frame label sequence, shape (T,).
 
     A segment begins where the label changes and, with ``begins`` (T,) of bool, also where that is true, so that

@@ -8,6 +8,7 @@ when it is whole.
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import re
 import tempfile
@@ -134,7 +135,9 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
 def _check_values(values: pd.Series, column: Column, where: str) -> None:
     missing = values.isna().to_numpy()
     if missing.any() and not column.nullable:
-        raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
+        raise UserError(
+            f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps"
+        )
     present = values[~missing]
     if column.type in ("int32", "int64", "float64"):
         if not pd.api.types.is_numeric_dtype(present.dtype) and len(present):
@@ -191,9 +194,8 @@ def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: st
         "corpus": corpus,
         "config_hash": config_hash,
     }
-    arrow = pa.Table.from_pandas(
-        frame[order], schema=pa.schema(fields, metadata=metadata), preserve_index=False
-    ).replace_schema_metadata(metadata)
+    arrow = pa.Table.from_pandas(frame[order], schema=pa.schema(fields), preserve_index=False)
+    arrow = arrow.replace_schema_metadata(metadata | {"content": _digest(arrow, metadata)})
     with replacing(path) as temporary:
         pq.write_table(arrow, temporary, write_page_checksum=True, compression="zstd")
 
@@ -209,8 +211,8 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
     ------
     UserError : where the file is missing, damaged (page checksum), of another schema or version, or breaks it.
     """
-    arrow = _read_arrow(path, columns)
-    found = metadata_of(arrow)
+    arrow = _read_arrow(path)
+    found = _metadata(arrow)
     table = schema(schema_name)
     if found.get("schema") != table.name or found.get("schema_version") != str(table.version):
         raise UserError(
@@ -219,32 +221,49 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
         )
     for field in arrow.schema:
         column = table.column(field.name)
-        unit = (field.metadata or {}).get(b"unit", b"").decode() or None
+        unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace") or None
         if column is not None and unit != column.unit:
             raise UserError(
                 f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; convert it and write it anew"
             )
+    if found.pop("content", None) != _digest(arrow, found):
+        raise UserError(
+            f"{path}: damaged (its content is not what was written); delete it and run again to make it anew"
+        )
     frame = arrow.to_pandas()
-    if columns is None:
-        validate(frame, schema_name, str(path))
-    return frame
+    validate(frame, schema_name, str(path))
+    return frame if columns is None else frame[columns]
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
     """Return what the artifact at ``path`` says of itself: schema, schema_version, corpus, config_hash."""
-    return metadata_of(_read_arrow(path, []))
+    found = _metadata(_read_arrow(path))
+    found.pop("content", None)
+    return found
 
 
-def metadata_of(arrow: pa.Table) -> dict[str, str]:
-    """Return the key-value metadata of an Arrow table as strings."""
-    return {key.decode(): value.decode() for key, value in (arrow.schema.metadata or {}).items()}
+def _metadata(arrow: pa.Table) -> dict[str, str]:
+    pairs = (arrow.schema.metadata or {}).items()
+    return {key.decode(errors="replace"): value.decode(errors="replace") for key, value in pairs}
 
 
-def _read_arrow(path: str | Path, columns: list[str] | None) -> pa.Table:
+def _digest(arrow: pa.Table, metadata: dict[str, str]) -> str:
+    """Return the hash of all values and of ``metadata``: Parquet's own checksums leave out the file's footer."""
+    digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
+    for name, column in zip(arrow.column_names, arrow.columns, strict=True):
+        digest.update(name.encode(errors="replace"))
+        if pa.types.is_string(column.type):
+            digest.update(repr(column.to_pylist()).encode())
+        else:
+            digest.update(column.to_numpy().tobytes())
+    return digest.hexdigest()[:32]
+
+
+def _read_arrow(path: str | Path) -> pa.Table:
     if not Path(path).is_file():
         raise UserError(f"{path}: no such file; run the workflow for it first")
     try:
-        return pq.read_table(path, columns=columns, page_checksum_verification=True)
+        return pq.read_table(path, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = str(error).splitlines()[0]
         raise UserError(
@@ -276,7 +295,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
         temporary.replace(path)
     except OSError as error:
         if error.errno in (28, 122):  # ENOSPC, EDQUOT
-            raise UserError(f"{path}: the disk is full; free some space and run again (nothing was half written)") from error
+            raise UserError(
+                f"{path}: the disk is full; free some space and run again (nothing was half written)"
+            ) from error
         raise
     finally:
         temporary.unlink(missing_ok=True)

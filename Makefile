@@ -1,0 +1,58 @@
+# Two words to start: `make report` runs the demo to reports/demo/index.html, `make test` runs the tests.
+PYTHON ?= python3
+CONFIG ?= config/demo.yaml
+CORES ?= all
+BIN := .venv/bin
+
+.PHONY: help report sweep verify test lint bench lock clean
+
+help:
+	@echo "make report [CONFIG=config/demo.yaml] [CORES=all]  run the workflow to reports/<run>/index.html"
+	@echo "make sweep  [CONFIG=...]                           figs. 7.2a and 7.2b over the sweep of the configuration"
+	@echo "make verify [CONFIG=...]                           read every artifact again, checksums and schemas"
+	@echo "make test                                          the tests"
+	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
+	@echo "make bench                                         time the kernels against their peers"
+
+report: .venv/report.stamp
+	$(BIN)/snakemake --configfile $(CONFIG) --cores $(CORES)
+
+sweep: .venv/report.stamp
+	$(BIN)/snakemake sweep --configfile $(CONFIG) --cores $(CORES)
+
+verify: .venv/report.stamp
+	$(BIN)/snakemake verify --configfile $(CONFIG) --cores $(CORES)
+
+test: .venv/test.stamp
+	$(BIN)/python -m pytest
+
+lint: .venv/test.stamp
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/python tests/workflow/lint.py
+
+bench: .venv/test.stamp
+	$(BIN)/python bench/markov.py
+	$(BIN)/python bench/semi.py
+
+# The environments are made from hash-locked requirements; the package itself is installed in place.
+.venv/report.stamp: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "cospeech needs Python 3.11 or newer, this is %d.%d: make PYTHON=python3.12 ..." % sys.version_info[:2])'
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	touch $@
+
+.venv/test.stamp: .venv/report.stamp requirements-test.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-test.lock
+	touch $@
+
+# Locks the newest versions that fit pyproject.toml, for Python 3.11 and newer (needs uv).
+lock:
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml -o requirements-test.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-emit-index-url -c requirements-test.lock pyproject.toml -o requirements.lock
+
+clean:
+	rm -rf results reports/*/index.html reports/*/figures reports/*/tables

@@ -1,0 +1,13 @@
+"""Reads every artifact of the run again and names what is damaged."""
+
+from pathlib import Path
+
+from cospeech import job, verify
+from cospeech.errors import UserError
+
+with job.run(snakemake) as work:
+    folder = Path(work.params["results"])
+    found = verify.problems(folder)
+    if found:
+        raise UserError(f"{len(found)} damaged: {'; '.join(found)}")
+    work.say(f"every artifact under {folder} is whole")

@@ -1,0 +1,162 @@
+"""Everything wrong with a configuration is said in one line before any job starts."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+from cospeech import config as configuration
+from cospeech.errors import UserError
+
+ROOT = Path(__file__).parents[1]
+DEMO = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
+
+
+def changed(**changes):
+    """Return the demo's configuration with dotted keys set (double underscores for dots)."""
+    config = copy.deepcopy(DEMO)
+    for key, value in changes.items():
+        place = config
+        *way, last = key.split("__")
+        for step in way:
+            place = place[step]
+        place[last] = value
+    return config
+
+
+def overlay(base, top):
+    for key, value in top.items():
+        if isinstance(value, dict) and isinstance(base.get(key), dict):
+            overlay(base[key], value)
+        else:
+            base[key] = value
+    return base
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_configuration_that_we_ship_is_valid(path):
+    configuration.check(overlay(copy.deepcopy(DEMO), yaml.safe_load(path.read_text())))
+
+
+@pytest.mark.parametrize(
+    ("config", "complaint"),
+    [
+        (changed(speeech={}), "unknown key 'speeech'; did you mean 'speech'"),
+        (changed(studio__couplng=1), "config: studio: unknown key 'couplng'; did you mean 'coupling'"),
+        (changed(studio__coupling="high"), "config: studio.coupling: 'high' is not of type 'number'"),
+        (changed(studio__coupling=1.5), "config: studio.coupling: 1.5 is greater than the maximum of 1"),
+        (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
+        (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),
+        (changed(synthesis__censoring="left"), "synthesis.censoring: 'left' is not one of"),
+        (changed(speech__pitch_min_hz=500), "pitch_min_hz must be below"),
+        (changed(speech__window_s=0.01), "window_s must be at least frame_s"),
+        (changed(synthesis__max_duration_s=0.01), "at least two prosody frames"),
+        (changed(animation__video__shown="clock"), "not in animation.systems"),
+        (changed(animation__systems=["hsmm_weighted"]), "must contain 'random'"),
+        (changed(phrases__gesture__labels=["left", "right"]), "must contain 'rest'"),
+        (changed(evaluation__interior__head_s=60.0), "leaves nothing of a record"),
+        (changed(corpus__name="mine"), "only the studio's"),
+        (changed(run="a/b"), "config: run: 'a/b' does not match"),
+        (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
+        (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
+        (
+            changed(corpus__source="recorded", corpus__name="mine", corpus__records=[{"record": "a"}]),
+            "'actor' is a required property",
+        ),
+    ],
+)
+def test_mistakes_are_named_in_one_line(config, complaint):
+    with pytest.raises(UserError) as caught:
+        configuration.check(config)
+    assert complaint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def recorded(records):
+    return changed(corpus__source="recorded", corpus__name="mine", corpus__records=records)
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.bvh", "a.wav", "b.bvh", "b.wav", "p.csv"):
+        Path(name).touch()
+
+
+A = {"record": "a", "actor": "x", "motion": "a.bvh", "audio": "a.wav"}
+B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ([A, A], "'a' is listed twice"),
+        ([A], "actor 'x' has one record"),
+        ([A, B | {"actor": "y"}], "has one record"),
+        ([A, B | {"audio": "c.wav"}], "record 'b': no audio file c.wav"),
+        ([A, B | {"start_s": 5, "end_s": 4}], "record 'b': end_s 4 is not after start_s 5"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_records_are_checked(given, complaint):
+    with pytest.raises(UserError, match=complaint):
+        configuration.records(recorded(given), "results/x")
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ([A, {k: v for k, v in B.items() if k != "audio"}], r"record 'b' has no audio \(or prosody\)"),
+        ([A, {"record": "b", "actor": "x", "motion": "b.bvh", "prosody": "p.csv"}], "make two runs of them"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_a_corpus_is_uniform(given, complaint):
+    with pytest.raises(UserError, match=complaint):
+        configuration.brings(configuration.records(recorded(given), "results/x"))
+
+
+@pytest.mark.usefixtures("files")
+def test_a_sheet_in_csv_is_the_same_as_a_list():
+    Path("sheet.csv").write_text("record,actor,motion,audio,start_s\na,x,a.bvh,a.wav,\nb,x,b.bvh,b.wav,1.5\n")
+    from_sheet = configuration.records(recorded("sheet.csv"), "r")
+    assert from_sheet == configuration.records(recorded([A, B | {"start_s": 1.5}]), "r")
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("record,actor,video\n", "unknown column 'video'"),
+        ("record\na\n", "columns 'record' and 'actor' are needed"),
+        ("record,actor,start_s\na,x,soon\n", "line 2: start_s 'soon' is not a number"),
+        ("record,actor\na,x,y\n", "line 2 has more cells"),
+        ("record,actor\n,x\n", "line 2: needs a record and an actor"),
+    ],
+)
+def test_mistakes_in_a_sheet_are_named(tmp_path, text, complaint):
+    sheet = tmp_path / "sheet.csv"
+    sheet.write_text(text)
+    with pytest.raises(UserError, match=complaint):
+        configuration.records(recorded(str(sheet)), "r")
+
+
+def test_a_missing_sheet_is_named():
+    with pytest.raises(UserError, match=r"nowhere\.csv: cannot be read"):
+        configuration.records(recorded("nowhere.csv"), "r")
+
+
+def test_settings_of_the_sweep_leave_out_the_main_one():
+    assert configuration.main_setting(DEMO).path == "clusters~8/states~3"
+    sweep = configuration.sweep_settings(DEMO)
+    assert len(sweep) == 7 * 4 - 1
+    assert configuration.main_setting(DEMO) not in sweep
+
+
+def test_studio_records_point_to_raw_files():
+    listed = configuration.records(DEMO, "results/demo")
+    assert len(listed) == 8
+    assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
+    assert configuration.brings(listed) == {"motion", "audio"}
+    silent = configuration.records(changed(studio__sound=False), "results/demo")
+    assert configuration.brings(silent) == {"gestures", "prosody"}

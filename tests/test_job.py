@@ -1,0 +1,63 @@
+"""A user's mistake is one line, a defect keeps its traceback, and the settings have one hash."""
+
+import subprocess
+import sys
+
+import pytest
+
+from cospeech import job
+
+PROGRAM = """
+from types import SimpleNamespace
+from cospeech import job
+from cospeech.errors import UserError
+class Params(dict): pass
+snakemake = SimpleNamespace(
+    log=[{log!r}], rule="prosody", input=None, output=None, wildcards=None,
+    params=Params(corpus="virtual", code="x"),
+)
+with job.run(snakemake) as work:
+    work.say("began")
+    {body}
+"""
+
+
+def run(tmp_path, body):
+    log = tmp_path / "logs" / "a.log"
+    ended = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(log=str(log), body=body)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return ended, log.read_text()
+
+
+def test_a_mistake_of_the_user_is_one_line(tmp_path):
+    ended, log = run(tmp_path, "raise UserError('a.wav: holds no sound; record it again')")
+    assert ended.returncode == 1
+    assert ended.stderr == "cospeech: prosody: a.wav: holds no sound; record it again\n"
+    assert log == "began\nERROR prosody: a.wav: holds no sound; record it again\n"
+
+
+def test_a_defect_keeps_its_traceback_in_the_log(tmp_path):
+    ended, log = run(tmp_path, "1 / 0")
+    assert ended.returncode == 1
+    assert ended.stderr.count("\n") == 1
+    assert "ZeroDivisionError" in ended.stderr
+    assert "Traceback" in log
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    ended, _ = run(tmp_path, "raise OSError(28, 'No space left on device', 'x.mp4')")
+    assert ended.stderr == "cospeech: prosody: the disk is full (x.mp4); free some space and run again\n"
+
+
+def test_success_is_silent(tmp_path):
+    ended, log = run(tmp_path, "pass")
+    assert (ended.returncode, ended.stderr, log) == (0, "", "began\n")
+
+
+@pytest.mark.parametrize(("other", "same"), [({"a": 1, "code": "2"}, True), ({"a": 2, "code": "1"}, False)])
+def test_settings_hash_is_of_settings_not_of_code(other, same):
+    assert (job.settings_hash({"a": 1, "code": "1"}) == job.settings_hash(other)) is same
