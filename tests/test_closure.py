@@ -12,9 +12,7 @@ SCRIPTS = closure.PACKAGE.parents[1] / "scripts"
 
 
 def names(script):
-    return {
-        path.relative_to(closure.PACKAGE).as_posix() for path in closure.closure(script) if path != script
-    }
+    return {path.relative_to(closure.PACKAGE).as_posix() for path in closure.closure(script) if path != script}
 
 
 def test_closure_follows_imports_through_modules(tmp_path):
@@ -39,11 +37,10 @@ def test_closure_holds_what_python_really_loads():
     """The static closure of every script covers the modules that importing its imports loads."""
     for script in sorted(SCRIPTS.rglob("*.py")):
         imports = "\n".join(
-            line
-            for line in script.read_text().splitlines()
-            if line.startswith(("from cospeech", "import cospeech"))
+            line for line in script.read_text().splitlines() if line.startswith(("from cospeech", "import cospeech"))
         )
-        program = f"{imports}\nimport sys; print(*[m.__file__ for n, m in sys.modules.items() if n.split('.')[0] == 'cospeech'])"
+        listing = "import sys; print(*[m.__file__ for n, m in sys.modules.items() if n.split('.')[0] == 'cospeech'])"
+        program = f"{imports}\n{listing}"
         loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
         assert set(loaded.stdout.split()) <= {str(path) for path in closure.closure(script)}, script
 

@@ -61,7 +61,7 @@ def test_resampling_keeps_equal_neighbours_apart():
 )
 def test_gaps_overlaps_and_empty_segments_are_refused(starts, ends):
     table = pd.DataFrame({"start_frame": np.array(starts, dtype=int), "end_frame": np.array(ends, dtype=int)})
-    with pytest.raises(UserError, match="^here: "):
+    with pytest.raises(UserError, match=r"^here: "):
         segments.check(table, "here")
 
 

@@ -1,8 +1,9 @@
 """BVH files: the body's motion as every animation program reads it.
 
-We write metres, y up, and our own order of rotations; the root's offset is zero and its channels say where the hips
-are, so that programs agree that add the offset to the channels and programs that do not. We read any hierarchy with one
-root, whatever the order of its channels; unit and up axis are nowhere in the format and are the reader's to declare.
+We write metres, y up, and our own order of rotations; the root's offset is zero and its channels say where the
+hips are, so that programs agree that add the offset to the channels and programs that do not. We read any hierarchy
+with one root, whatever the order of its channels; unit and up axis are nowhere in the format and are the reader's to
+declare.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Clip:
 
 
 def write(motion: pd.DataFrame, path: str | Path) -> None:
-    """Write a motion table as BVH with the joints and offsets of ``skeleton.BODY``, in metres, y up, XZY order."""
+    """Write a motion table as BVH: the joints and offsets of ``skeleton.BODY``, metres, y up, order XZY."""
     fps = skeleton.frame_rate(motion)
     hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float) + skeleton.OFFSET_M["hips"]
     order: list[str] = []
@@ -65,7 +66,7 @@ def write(motion: pd.DataFrame, path: str | Path) -> None:
 
 
 def _block(name: str, depth: int, order: list[str]) -> list[str]:
-    """Return the lines of joint ``name`` and all below it; ``order`` collects the joints as their channels follow."""
+    """Return the lines of joint ``name`` and all below it; ``order`` collects the joints in file order."""
     order.append(name)
     pad, inner = "  " * depth, "  " * (depth + 1)
     is_root = skeleton.PARENT[name] is None
@@ -90,8 +91,8 @@ def _offset(offset: Floats) -> str:
 def read(path: str | Path) -> Clip:
     """Read a BVH file.
 
-    Rotation orders are taken from each joint's CHANNELS line. Position channels of joints below the root, which some
-    exporters write and which hold the constant offset, are passed over.
+    Rotation orders are taken from each joint's CHANNELS line. Position channels of joints below the root, which
+    some exporters write and which hold the constant offset, are passed over.
 
     Raises
     ------
@@ -101,21 +102,22 @@ def read(path: str | Path) -> Clip:
         text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
-    head, motion, table = text.partition("MOTION")
-    if not head.split() or head.split()[0] != "HIERARCHY":
+    lines = text.splitlines()
+    if not text.strip() or text.split(maxsplit=1)[0] != "HIERARCHY":
         raise UserError(f"{path}: is no BVH file (it does not begin with HIERARCHY); name a BVH file")
-    if not motion:
+    part = next((number for number, line in enumerate(lines) if line.split() == ["MOTION"]), None)
+    if part is None:
         raise UserError(f"{path}: has no MOTION part; the file is cut off: copy or export it again")
     tree = _Tree(str(path))
-    for number, line in enumerate(head.splitlines(), start=1):
+    for number, line in enumerate(lines[:part], start=1):
         tree.take(line, number)
     tree.close()
-    values, fps = _motion(table, len(tree.channels), str(path))
+    values, fps = _motion(lines[part + 1 :], len(tree.channels), str(path))
     return _clip(tree, values, fps)
 
 
 class _Tree:
-    """The hierarchy while its lines are read: joints, offsets, and which joint each channel turns or moves."""
+    """The hierarchy while its lines are read: joints, offsets, and the joint of each channel."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -137,7 +139,7 @@ class _Tree:
                 return
             case ["ROOT" | "JOINT" as kind, _, *_]:
                 if (kind == "ROOT") != (not self.names) or (kind == "JOINT" and not self.open):
-                    raise UserError(f"{place}: {kind} is out of place; only skeletons with one ROOT can be read")
+                    raise UserError(f"{place}: {kind} is out of place; a skeleton has one ROOT")
                 name = " ".join(words[1:])
                 if name in self.names:
                     raise UserError(f"{place}: a second joint is called '{name}'; give each its own name")
@@ -164,21 +166,21 @@ class _Tree:
             case ["CHANNELS", count, *channels] if self.open and not self.in_tip:
                 self._declare(count, channels, place)
             case _:
-                raise UserError(f"{place}: '{' '.join(words)[:40]}' does not belong in a hierarchy; export it again")
+                raise UserError(f"{place}: '{' '.join(words)[:40]}' does not belong here; export it again")
 
     def _declare(self, count: str, channels: list[str], place: str) -> None:
         if count != str(len(channels)):
-            raise UserError(f"{place}: CHANNELS says {count[:20]} and names {len(channels)}; export the file again")
+            raise UserError(f"{place}: CHANNELS says {count[:20]} and names {len(channels)}; export it again")
         known = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
         lower = [channel.lower() for channel in channels]
         if not set(lower) <= known or len(set(lower)) < len(lower):
-            raise UserError(f"{place}: '{' '.join(channels)[:60]}' are no BVH channels; export the file again")
+            raise UserError(f"{place}: '{' '.join(channels)[:60]}' are no BVH channels; export it again")
         self.channels += [(self.open[-1], channel) for channel in lower]
 
     def close(self) -> None:
         """Check that the hierarchy is whole."""
         if self.open or not self.names or len(self.offsets) < len(self.names):
-            raise UserError(f"{self.where}: the hierarchy is not whole; the file is cut off: copy or export it again")
+            raise UserError(f"{self.where}: the hierarchy is cut off; copy or export the file again")
 
 
 def _triple(numbers: list[str], place: str) -> Floats:
@@ -191,57 +193,50 @@ def _triple(numbers: list[str], place: str) -> Floats:
     return values
 
 
-def _motion(table: str, n_channels: int, where: str) -> tuple[Floats, float]:
-    """Return the channel values (T, C) and the frame rate of the part after MOTION."""
-    lines = [line for line in table.splitlines() if line.strip()]
+def _motion(lines: list[str], n_channels: int, where: str) -> tuple[Floats, float]:
+    """Return the channel values (T, C) and the frame rate of the lines after MOTION."""
+    filled = [line for line in lines if line.strip()]
     try:
-        frames_line, time_line = lines[0].split(":"), lines[1].split(":")
+        frames_line, time_line = filled[0].split(":"), filled[1].split(":")
         if frames_line[0].strip() != "Frames" or time_line[0].split() != ["Frame", "Time"]:
             raise ValueError
         n_frames, frame_s = int(frames_line[1]), float(time_line[1])
     except (IndexError, ValueError):
-        raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; copy or export it again") from None
+        raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; export it again") from None
     if not 0.001 <= frame_s <= 1.0:
         raise UserError(f"{where}: a frame time of {frame_s} s; BVH wants seconds a frame, such as 0.05")
-    rows = lines[2:]
+    rows = [line.split() for line in filled[2:]]
     if len(rows) != n_frames or n_frames == 0:
         raise UserError(
-            f"{where}: announces {n_frames} frames and holds {len(rows)}; it is empty or cut off: copy it again"
+            f"{where}: announces {n_frames} frames and holds {len(rows)}: empty or cut off; copy it again"
         )
-    short = [row for row, line in enumerate(rows) if len(line.split()) != n_channels]
-    if short:
-        held = len(rows[short[0]].split())
-        raise UserError(f"{where}: frame {short[0]} has {held} values for {n_channels} channels; copy it again")
+    for frame, row in enumerate(rows):
+        if len(row) != n_channels:
+            raise UserError(f"{where}: frame {frame} has {len(row)} values of {n_channels}; copy it again")
     try:
-        values = np.array([line.split() for line in rows], dtype=float)
+        values = np.array(rows, dtype=float)
     except ValueError as error:
-        raise UserError(f"{where}: motion holds what is no number ({str(error)[:60]}); export it again") from None
+        raise UserError(f"{where}: motion holds no number ({str(error)[:60]}); export it again") from None
     rate = round(1 / frame_s)
     return values, float(rate) if abs(rate * frame_s - 1) < SNAP else 1 / frame_s
 
 
 def _clip(tree: _Tree, values: Floats, fps: float) -> Clip:
-    n_frames, n_joints = len(values), len(tree.names)
-    root = np.zeros((n_frames, 3))
-    rotations = np.broadcast_to(np.eye(3), (n_frames, n_joints, 3, 3)).copy()
-    for joint in range(n_joints):
-        axes, columns = [], []
-        for column, (owner, channel) in enumerate(tree.channels):
-            if owner != joint:
-                continue
-            if channel.endswith("rotation"):
-                axes.append(channel[0].upper())
-                columns.append(column)
-            elif joint == 0:
-                root[:, "xyz".index(channel[0])] = values[:, column]
-        for what, angles in ((tree.names[joint], values[:, columns]), (tree.names[0], root)):
-            if not np.isfinite(angles).all():
-                frame = int(np.flatnonzero(~np.isfinite(angles).all(axis=1))[0])
-                raise UserError(
-                    f"{tree.where}: joint '{what}' is missing (NaN) in frame {frame}; fill the gap or cut it off"
-                )
-        if axes:
-            turns = Rotation.from_euler("".join(axes), values[:, columns], degrees=True)
-            rotations[:, joint] = turns.as_matrix()
-    offsets = np.array([tree.offsets[joint] for joint in range(n_joints)])
+    missing = np.argwhere(~np.isfinite(values))
+    if len(missing):
+        frame, column = missing[0]
+        joint = tree.names[tree.channels[column][0]]
+        raise UserError(f"{tree.where}: joint '{joint}' is missing (NaN) in frame {frame}; fill or cut the gap")
+    root = np.zeros((len(values), 3))
+    rotations = np.broadcast_to(np.eye(3), (len(values), len(tree.names), 3, 3)).copy()
+    turns: dict[int, list[int]] = {}
+    for column, (joint, channel) in enumerate(tree.channels):
+        if channel.endswith("rotation"):
+            turns.setdefault(joint, []).append(column)
+        elif joint == 0:
+            root[:, "xyz".index(channel[0])] = values[:, column]
+    for joint, columns in turns.items():
+        order = "".join(tree.channels[column][1][0].upper() for column in columns)
+        rotations[:, joint] = Rotation.from_euler(order, values[:, columns], degrees=True).as_matrix()
+    offsets = np.array([tree.offsets[joint] for joint in range(len(tree.names))])
     return Clip(tuple(tree.names), tuple(tree.parents), rotations, root, fps, offsets, tree.tips)

@@ -102,9 +102,7 @@ def _impossible(config: Config) -> list[str]:
         if inner["head_s"] + inner["tail_s"] >= shortest:
             problems.append(f"evaluation.interior leaves nothing of a record of {shortest} s")
         if not config["studio"]["sound"] and config["phrases"]["gesture"]["first_examples"] == "rules":
-            problems.append(
-                "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
-            )
+            problems.append("phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out")
     return problems
 
 
@@ -122,9 +120,7 @@ def records(config: Config, results: str) -> dict[str, Record]:
         _check_files(listed)
     twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
     if twice:
-        raise UserError(
-            f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own"
-        )
+        raise UserError(f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own")
     alone = [name for name, count in Counter(record["actor"] for record in listed).items() if count < 2]
     if alone:
         raise UserError(

@@ -1,4 +1,4 @@
-"""What every script does around its one call: hand over settings, write outputs, log, end with one line on a mistake."""
+"""What every script does around its one call: settings, outputs, the log, and one line on a mistake."""
 
 from __future__ import annotations
 
@@ -75,9 +75,7 @@ def run(snakemake: Any) -> Iterator[Job]:
         _stop(f"{snakemake.rule}: {error}; the traceback is in {path}")
     except Exception as error:
         log.error(traceback.format_exc())
-        _stop(
-            f"{snakemake.rule}: defect in cospeech ({type(error).__name__}: {error}); the traceback is in {path}"
-        )
+        _stop(f"{snakemake.rule}: defect in cospeech ({type(error).__name__}: {error}); the traceback is in {path}")
 
 
 def _stop(message: str) -> None:

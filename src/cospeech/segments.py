@@ -28,12 +28,10 @@ def prosody_labels(clusters: int) -> tuple[str, ...]:
 
 def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
     """Return the centres of the frames in seconds, shape (n_frames,)."""
-    return (np.arange(n_frames) + 0.5) / fps
+    return np.asarray((np.arange(n_frames) + 0.5) / fps, dtype=np.float64)
 
 
-def from_starts(
-    record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float
-) -> pd.DataFrame:
+def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float) -> pd.DataFrame:
     """Return the segment table of phrases that begin at frames ``starts`` and end where the next begins.
 
     Parameters
@@ -56,9 +54,7 @@ def from_starts(
     )
 
 
-def from_labels(
-    record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None
-) -> pd.DataFrame:
+def from_labels(record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None) -> pd.DataFrame:
     """Return the segment table of a frame label sequence, shape (T,).
 
     A segment begins where the label changes and, with ``begins`` (T,) of bool, also where that is true, so that

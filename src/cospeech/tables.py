@@ -135,9 +135,7 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
 def _check_values(values: pd.Series, column: Column, where: str) -> None:
     missing = values.isna().to_numpy()
     if missing.any() and not column.nullable:
-        raise UserError(
-            f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps"
-        )
+        raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
     present = values[~missing]
     if column.type in ("int32", "int64", "float64"):
         if not pd.api.types.is_numeric_dtype(present.dtype) and len(present):
@@ -224,7 +222,8 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
         unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace") or None
         if column is not None and unit != column.unit:
             raise UserError(
-                f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; convert it and write it anew"
+                f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; "
+                "convert it and write it anew"
             )
     if found.pop("content", None) != _digest(arrow, found):
         raise UserError(

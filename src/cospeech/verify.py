@@ -9,7 +9,7 @@ from cospeech.errors import UserError
 
 
 def problems(folder: Path) -> list[str]:
-    """Return one line for each Parquet file below ``folder`` that is damaged or breaks its schema, sorted by path."""
+    """Return one line for each damaged Parquet file below ``folder``, sorted by path."""
     found = []
     for path in sorted(folder.rglob("*.parquet")):
         try:
@@ -18,7 +18,5 @@ def problems(folder: Path) -> list[str]:
         except UserError as error:
             found.append(str(error))
         except KeyError:
-            found.append(
-                f"{path}: names the unknown schema '{name}'; delete it and run again to make it anew"
-            )
+            found.append(f"{path}: names the unknown schema '{name}'; delete it and run again to make it anew")
     return found
