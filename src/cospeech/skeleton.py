@@ -112,6 +112,26 @@ def frame_rate(motion: pd.DataFrame) -> float:
     return round(0.5 / float(motion["time_s"].iloc[0]), 6)
 
 
+def chain(root_m: Floats, angles_deg: Floats) -> tuple[Floats, Floats]:
+    """Return the orientation (T, J, 3, 3) and place (T, J, 3) of every joint's frame in the world, in metres.
+
+    Parameters
+    ----------
+    root_m : (T, 3) displacement of the hips from their place in ``BODY``.
+    angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
+    """
+    turned = rotations(angles_deg)
+    placed = np.empty((len(root_m), len(BODY), 3))
+    for index, joint in enumerate(BODY):
+        if joint.parent is None:
+            placed[:, index] = root_m + OFFSET_M[joint.name]
+        else:
+            parent = JOINTS.index(joint.parent)
+            turned[:, index] = turned[:, parent] @ turned[:, index]
+            placed[:, index] = placed[:, parent] + turned[:, parent] @ OFFSET_M[joint.name]
+    return turned, placed
+
+
 def forward(root_m: Floats, angles_deg: Floats) -> dict[str, Floats]:
     """Return the world positions (T, 3) in metres of every joint, and of every tip as ``<joint>_tip``.
 
@@ -120,16 +140,9 @@ def forward(root_m: Floats, angles_deg: Floats) -> dict[str, Floats]:
     root_m : (T, 3) displacement of the hips from their place in ``BODY``.
     angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
     """
-    local = rotations(angles_deg)
-    turned: dict[str, Floats] = {}
-    placed: dict[str, Floats] = {}
-    for index, joint in enumerate(BODY):
-        if joint.parent is None:
-            turned[joint.name] = local[:, index]
-            placed[joint.name] = root_m + OFFSET_M[joint.name]
-        else:
-            turned[joint.name] = turned[joint.parent] @ local[:, index]
-            placed[joint.name] = placed[joint.parent] + turned[joint.parent] @ OFFSET_M[joint.name]
+    turned, placed = chain(root_m, angles_deg)
+    places = {name: placed[:, index] for index, name in enumerate(JOINTS)}
     for name, tip in TIPS_M.items():
-        placed[f"{name}_tip"] = placed[name] + turned[name] @ np.array(tip)
-    return placed
+        index = JOINTS.index(name)
+        places[f"{name}_tip"] = placed[:, index] + turned[:, index] @ np.array(tip)
+    return places
