@@ -1,0 +1,112 @@
+"""The whole workflow at its smallest: it ends, what it made keeps the contract, and it makes it again to the byte."""
+
+import os
+import random
+import signal
+import subprocess
+import time
+
+import pyarrow.parquet as pq
+import pytest
+import yaml
+from conftest import ROOT, Project, differing
+
+from cospeech import verify
+
+pytestmark = pytest.mark.workflow
+
+
+def test_everything_that_was_made_is_whole(finished):
+    assert (finished.folder / "reports/test/index.html").stat().st_size > 10_000
+    assert verify.problems(finished.folder / "results/test") == []
+
+
+def test_every_exhibit_of_the_thesis_is_there(finished):
+    exhibits = [name for name in yaml.safe_load((ROOT / "reports/template/published.yaml").read_text()) if "." in name]
+    figures = {path.stem for path in (finished.folder / "reports/test/figures").glob("*.svg")}
+    tables = {path.stem for path in (finished.folder / "reports/test/tables").glob("*.csv")}
+    wanted = {"fig-6.3", "fig-7.2a", "fig-7.2b", "fig-7.3", "fig-7.4", "fig-7.5"}
+    assert wanted <= figures | {"fig-7.4"}  # the second actor's figure needs a second actor
+    assert {"table-3-scenarios", "table-4.1", "leaderboard"} <= tables
+    assert exhibits
+
+
+CONTRACT = {
+    "corpus/records.parquet": "actor record scenario language motion_source motion_fps audio_rate_hz duration_s",
+    "corpus/annotations.parquet": "record start_s end_s gesture origin",
+    "motion/ada_1.parquet": "frame time_s root_x_m root_y_m root_z_m left_arm_x_deg right_forearm_z_deg",
+    "speech/ada_1/prosody.parquet": "frame time_s intensity pitch_lag pitch_gain d_intensity d_pitch_lag "
+    "d_pitch_gain intensity_log lag_s",
+    "phrases/gesture/ada_1.parquet": "record segment start_frame end_frame start_s end_s label",
+    "phrases/prosody/clusters~4/states~3/fold~ada_1/segments.parquet": "record segment start_frame end_frame label",
+    "phrases/prosody/clusters~4/states~3/fold~ada_1/model.parquet": "branch state entry_probability "
+    "stay_probability feature mean variance",
+    "phrases/prosody/clusters~4/states~3/fold~ada_1/fit.parquet": "restart iteration log_likelihood alpha beta",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/phrases.parquet": "record segment start_frame end_frame label",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/initial.parquet": "gesture probability",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/transitions.parquet": "from_gesture to_gesture probability",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/emissions.parquet": "gesture prosody probability",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/durations.parquet": "gesture bin duration_s probability",
+    "synthesis/hsmm_weighted/clusters~4/states~3/ada_1/decoding.parquet": "record log_score emission_weight censoring",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/units.parquet": "segment label template_record template_segment "
+    "duration_penalty continuity_penalty",
+    "synthesis/hsmm/clusters~4/states~3/ada_1/motion.parquet": "frame time_s root_x_m left_arm_x_deg",
+    "evaluation/record_scores.parquet": "system clusters states actor record measure part gesture bin_s value "
+    "n_actual n_synthesised duration_s",
+    "evaluation/session_scores.parquet": "system clusters states actor measure part bin_s value low high n n_undefined",
+}
+
+
+@pytest.mark.parametrize("path", CONTRACT)
+def test_paths_and_columns_keep_the_contract(finished, path):
+    table = pq.read_table(finished.folder / "results/test" / path, page_checksum_verification=True)
+    assert set(CONTRACT[path].split()) <= set(table.column_names)
+    assert {b"schema", b"schema_version", b"corpus", b"config_hash"} <= set(table.schema.metadata)
+    assert table.schema.metadata[b"corpus"] == b"virtual"
+
+
+SYSTEMS = (
+    "hsmm hsmm_weighted hsmm_sampled random prior shuffled shifted clock majority another oracle".split()
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_every_system_writes_its_phrases_and_how_it_decoded(finished, system):
+    folder = finished.folder / "results/test/synthesis" / system / "clusters~4/states~3/ada_1"
+    assert {"phrases.parquet", "decoding.parquet"} <= {path.name for path in folder.iterdir()}
+
+
+def test_a_second_run_has_nothing_to_do(finished):
+    assert "Nothing to be done" in finished.make()
+
+
+def test_one_core_gives_the_bytes_of_two(finished, tmp_path):
+    other = Project(tmp_path)
+    other.make(cores=1)
+    assert differing(finished.artifacts(), other.artifacts()) == []
+
+
+def kill_at_random(project, seed, longest_s):
+    """Start a run, kill its driver with SIGKILL after a random time, and return whether it died by that."""
+    random_time = random.Random(seed).uniform(2.0, longest_s)
+    with subprocess.Popen(
+        project.command(), env=project.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as driver:
+        try:
+            driver.wait(timeout=random_time)
+        except subprocess.TimeoutExpired:
+            os.kill(driver.pid, signal.SIGKILL)
+    return driver.returncode == -signal.SIGKILL
+
+
+def test_a_run_that_is_killed_five_times_ends_with_the_same_bytes(finished, tmp_path):
+    project = Project(tmp_path)
+    kills = 0
+    while kills < 5:
+        # The time grows, so that each kill finds work further on, and the last ones find most of it done.
+        assert kill_at_random(project, seed=kills, longest_s=6.0 + 2.0 * kills), "the run ended before it was killed"
+        kills += 1
+    time.sleep(0.1)
+    project.make()
+    assert differing(finished.artifacts(), project.artifacts()) == []
+    assert verify.problems(project.folder / "results/test") == []
