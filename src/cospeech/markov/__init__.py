@@ -1,0 +1,1 @@
+"""Markov models of label and feature streams, with their compiled kernels."""
