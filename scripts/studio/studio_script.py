@@ -1,0 +1,24 @@
+"""Draw the script of all records: the cast's planted behaviour, and the phrases of gesture and speech."""
+
+import pandas as pd
+
+from cospeech import job
+from cospeech.studio import cast, script
+
+with job.run(snakemake) as work:
+    coupling, frame_s, seed = work.params["coupling"], work.params["frame_s"], work.params["seed"]
+    members, gestures, prosody, annotations = [], [], [], []
+    for actor, records in work.params["records"].items():
+        member = cast.member(actor, seed, frame_s, work.params["max_duration_s"])
+        duration_s = work.params["durations_s"][actor]
+        takes = [script.take(member, record, duration_s, coupling, frame_s, seed) for record in records]
+        members.append(member)
+        gestures.append(pd.concat([take.gestures for take in takes], ignore_index=True))
+        prosody.extend(take.prosody for take in takes)
+        draw = cast.generator(seed, "examples", actor)
+        annotations.append(script.examples(gestures[-1], work.params["examples"], draw))
+    for name, table in cast.tables(members, coupling, frame_s).items():
+        work.write(table, work.output[name], name)
+    work.write(pd.concat(gestures, ignore_index=True), work.output.gesture_phrases, "segments")
+    work.write(pd.concat(prosody, ignore_index=True), work.output.prosody_phrases, "segments")
+    work.write(pd.concat(annotations, ignore_index=True), work.output.annotations, "annotations")

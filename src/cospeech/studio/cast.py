@@ -1,0 +1,192 @@
+"""The cast: the planted behaviour of one virtual actor, drawn once from the seed and the actor's name.
+
+A cast member is a semi-Markov process of gesture phrases (Özkul 2012, 5.1) with the prosody patterns that go with
+each gesture: exactly the model that the synthesis room estimates, so that an estimate can be held against the truth.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.errors import UserError
+from cospeech.segments import GESTURES
+from cospeech.studio.patterns import NAMES, PAUSE
+
+Floats = npt.NDArray[np.float64]
+
+REST = GESTURES.index("rest")
+
+# Of each gesture: how often it is chosen, its mean duration in seconds, and the gesture that it likes to lead to.
+HABITS = {
+    "raise_both": (1.0, 2.3, "open"),
+    "rest": (0.0, 2.0, None),
+    "left": (1.0, 1.9, "right"),
+    "perpendicular": (1.0, 2.9, "contact"),
+    "contact": (1.0, 2.6, "raise_both"),
+    "open": (1.0, 1.7, "left"),
+    "right": (1.0, 1.8, "perpendicular"),
+}
+SHORTEST_S, LONGEST_S = 0.6, 6.0
+OPENS_AT_REST = 0.85
+BACK_TO_REST = 0.45
+FOLLOWS_HABIT = 0.25
+REPEATS = 0.03
+
+
+@dataclass(frozen=True)
+class Member:
+    """The planted parameters of one actor.
+
+    ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
+    durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) holds the
+    distribution of prosody patterns in a gesture phrase whose speech is coupled to it. Gestures are in the order of
+    ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
+    """
+
+    actor: str
+    initial: Floats
+    transitions: Floats
+    durations: Floats
+    coupled: Floats
+
+    def occupancy(self) -> Floats:
+        """Return the long-run share of frames that each gesture holds, (G,)."""
+        n = len(self.initial)
+        balance = np.vstack([self.transitions.T - np.eye(n), np.ones(n)])
+        visits = np.linalg.lstsq(balance, np.append(np.zeros(n), 1.0), rcond=None)[0]
+        frames = visits * (self.durations @ np.arange(1, self.durations.shape[1] + 1))
+        return frames / frames.sum()
+
+    def marginal(self) -> Floats:
+        """Return the long-run share of frames that each pattern holds, (P,): what uncoupled speech is drawn from."""
+        return self.occupancy() @ self.coupled
+
+    def emissions(self, coupling: float) -> Floats:
+        """Return the probability of each pattern in a frame of each gesture, (G, P), at this coupling."""
+        return (1.0 - coupling) * self.marginal() + coupling * self.coupled
+
+
+def generator(seed: int, *names: str) -> np.random.Generator:
+    """Return the random generator that belongs to ``names``, whatever else is drawn."""
+    return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
+
+
+def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Member:
+    """Return the cast member called ``actor``.
+
+    Parameters
+    ----------
+    frame_s : distance of prosody frames, the grid of all planted durations.
+    max_duration_s : D_max, the longest gesture phrase that a model can hold.
+
+    Raises
+    ------
+    UserError : where D_max is shorter than the shortest gesture phrase of the studio.
+    """
+    bins = round(max_duration_s / frame_s)
+    if bins * frame_s < 2 * SHORTEST_S:
+        raise UserError(
+            f"config: synthesis.max_duration_s is {max_duration_s} s, but the studio's gesture phrases last "
+            f"{SHORTEST_S} to {LONGEST_S} s; allow at least {2 * SHORTEST_S} s"
+        )
+    draw = generator(seed, "cast", actor)
+    taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * draw.gamma(16.0, 1 / 16.0, len(GESTURES))
+    return Member(
+        actor=actor,
+        initial=_initial(taste),
+        transitions=_transitions(taste, draw),
+        durations=_durations(draw, frame_s, bins),
+        coupled=_coupled(draw),
+    )
+
+
+def _initial(taste: Floats) -> Floats:
+    """Records open mostly at rest."""
+    initial = (1.0 - OPENS_AT_REST) * taste / taste.sum()
+    initial[REST] = OPENS_AT_REST
+    return initial
+
+
+def _transitions(taste: Floats, draw: np.random.Generator) -> Floats:
+    """From rest to what the actor likes; from a gesture often back to rest, else on along a habitual chain."""
+    rows = np.zeros((len(GESTURES), len(GESTURES)))
+    for i, gesture in enumerate(GESTURES):
+        free = taste.copy()
+        free[i] = 0.0
+        if i != REST:
+            rows[i, REST] = BACK_TO_REST * draw.uniform(0.8, 1.2)
+            rows[i, i] = REPEATS
+            rows[i, GESTURES.index(HABITS[gesture][2])] = FOLLOWS_HABIT * draw.uniform(0.8, 1.2)
+        rows[i] += (1.0 - rows[i].sum()) * free / free.sum()
+    return rows
+
+
+def _durations(draw: np.random.Generator, frame_s: float, bins: int) -> Floats:
+    """Gamma densities on the grid of prosody frames, cut to the range of plausible phrases."""
+    seconds = np.arange(1, bins + 1) * frame_s
+    possible = (seconds >= SHORTEST_S) & (seconds <= LONGEST_S)
+    tempo = draw.uniform(0.88, 1.12)
+    rows = np.zeros((len(GESTURES), bins))
+    for i, gesture in enumerate(GESTURES):
+        mean = HABITS[gesture][1] * tempo * draw.uniform(0.9, 1.1)
+        shape = draw.uniform(3.5, 7.0)
+        logarithm = (shape - 1.0) * np.log(seconds) - seconds * shape / mean
+        rows[i] = np.where(possible, np.exp(logarithm - logarithm.max()), 0.0)
+    return rows / rows.sum(axis=1, keepdims=True)
+
+
+def _coupled(draw: np.random.Generator) -> Floats:
+    """Each gesture has one pattern of its own and a second one; rest goes with pauses and soft asides."""
+    speaking = draw.permutation([p for p in range(len(NAMES)) if p != PAUSE])
+    shift = int(draw.integers(1, len(speaking)))
+    rows = np.zeros((len(GESTURES), len(NAMES)))
+    moving = [i for i in range(len(GESTURES)) if i != REST]
+    for place, i in enumerate(moving):
+        rows[i, speaking[place]] = draw.uniform(0.55, 0.65)
+        rows[i, speaking[(place + shift) % len(speaking)]] = draw.uniform(0.16, 0.22)
+        rows[i, PAUSE] = draw.uniform(0.04, 0.07)
+    rows[REST, PAUSE] = draw.uniform(0.58, 0.68)
+    rows[REST, NAMES.index("p8")] = draw.uniform(0.12, 0.18)
+    for row in rows:
+        row += (1.0 - row.sum()) * draw.dirichlet(np.full(len(NAMES), 4.0))
+    return rows
+
+
+def tables(cast: list[Member], coupling: float, frame_s: float) -> dict[str, pd.DataFrame]:
+    """Return the planted model of the whole cast: the tables initial, transitions, emissions and durations."""
+    gestures = np.array(GESTURES, dtype=object)
+    return {
+        "initial": _stack(cast, lambda m: {"gesture": gestures, "probability": m.initial}),
+        "transitions": _stack(
+            cast, lambda m: _grid(m.transitions, from_gesture=gestures, to_gesture=gestures)
+        ),
+        "emissions": _stack(
+            cast, lambda m: _grid(m.emissions(coupling), gesture=gestures, prosody=np.array(NAMES, dtype=object))
+        ),
+        "durations": _stack(cast, lambda m: _duration_rows(m, gestures, frame_s)),
+    }
+
+
+def _stack(cast: list[Member], columns: Callable[[Member], dict[str, npt.NDArray]]) -> pd.DataFrame:
+    frames = [pd.DataFrame({"actor": m.actor, **columns(m)}) for m in cast]
+    return pd.concat(frames, ignore_index=True).assign(floor=np.nan)
+
+
+def _grid(probability: Floats, **axes: npt.NDArray) -> dict[str, npt.NDArray]:
+    (row_name, rows), (column_name, columns) = axes.items()
+    return {
+        row_name: np.repeat(rows, len(columns)),
+        column_name: np.tile(columns, len(rows)),
+        "probability": probability.ravel(),
+    }
+
+
+def _duration_rows(m: Member, gestures: npt.NDArray, frame_s: float) -> dict[str, npt.NDArray]:
+    bins = np.arange(1, m.durations.shape[1] + 1)
+    return _grid(m.durations, gesture=gestures, bin=bins) | {"duration_s": np.tile(bins * frame_s, len(gestures))}

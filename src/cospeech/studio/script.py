@@ -1,0 +1,132 @@
+"""The script: which gesture and which prosody pattern happens when, in every record.
+
+Gesture phrases are a semi-Markov process; the last one is cut off by the end of the record. Speech is a sequence of
+intonation phrases whose duration is drawn from one distribution, whatever the pattern. With probability ``coupling``
+a gesture phrase is coupled: its speech starts with it, draws its patterns from the gesture's own distribution, and is
+cut off with it. Each run of uncoupled gesture phrases between two coupled ones is spoken over by a process that draws
+its patterns from the marginal distribution and ignores gesture boundaries. As durations tell nothing of the pattern,
+every frame of gesture i carries pattern p with probability (1 - coupling) m(p) + coupling b_i(p), exactly; and at
+coupling 0 the two processes are independent, boundaries included.
+
+Both processes live on the grid of prosody frames, so that the planted durations are exact bins of the semi-Markov
+model; gesture phrases are therefore given in prosody frames, not in frames of the motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech import segments
+from cospeech.segments import GESTURES
+from cospeech.studio.cast import Member, generator
+from cospeech.studio.patterns import NAMES
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+INTONATION_S = (0.4, 1.6)
+"""Shortest and longest intonation phrase; every length on the grid between them is equally likely."""
+
+CLEAR_S = 0.8
+"""A shorter phrase is no good example of its class."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """The script of one record: segment tables of gesture and prosody, and which gesture phrases are coupled."""
+
+    gestures: pd.DataFrame
+    prosody: pd.DataFrame
+    coupled: npt.NDArray[np.bool_]
+
+
+def take(member: Member, record: str, duration_s: float, coupling: float, frame_s: float, seed: int) -> Take:
+    """Draw the script of one record. The gestures do not depend on ``coupling``."""
+    n_frames = round(duration_s / frame_s)
+    starts, labels = gesture_process(member, n_frames, generator(seed, "gestures", record))
+    draw = generator(seed, "speech", record)
+    coupled = draw.random(len(starts)) < coupling
+    first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, draw)
+    fps = 1.0 / frame_s
+    return Take(
+        gestures=segments.from_starts(record, starts, np.array(GESTURES, dtype=object)[labels], n_frames, fps),
+        prosody=segments.from_starts(record, first, np.array(NAMES, dtype=object)[patterns], n_frames, fps),
+        coupled=coupled,
+    )
+
+
+def gesture_process(member: Member, n_frames: int, draw: np.random.Generator) -> tuple[Ints, Ints]:
+    """Return first frames (L,) and classes (L,) of the gesture phrases that cover ``n_frames`` frames."""
+    rows = _cumulative(np.vstack([member.initial, member.transitions]))
+    lasting = _cumulative(member.durations)
+    starts, labels = [], []
+    frame, row = 0, 0
+    while frame < n_frames:
+        label = _pick(rows[row], draw)
+        starts.append(frame)
+        labels.append(label)
+        frame += 1 + _pick(lasting[label], draw)
+        row = 1 + label
+    return np.array(starts), np.array(labels)
+
+
+def prosody_process(
+    member: Member,
+    starts: Ints,
+    labels: Ints,
+    coupled: npt.NDArray[np.bool_],
+    n_frames: int,
+    frame_s: float,
+    draw: np.random.Generator,
+) -> tuple[Ints, Ints]:
+    """Return first frames (K,) and patterns (K,) of the intonation phrases that cover ``n_frames`` frames."""
+    shortest, longest = (round(limit / frame_s) for limit in INTONATION_S)
+    own, marginal = _cumulative(member.coupled), _cumulative(member.marginal())
+    opens = coupled | np.append(True, coupled[:-1])  # a coupled phrase, or the first of a run of uncoupled ones
+    blocks = np.flatnonzero(opens)
+    ends = np.append(starts[blocks[1:]], n_frames)
+    first, patterns = [], []
+    for block, end in zip(blocks, ends, strict=True):
+        law = own[labels[block]] if coupled[block] else marginal
+        frame = int(starts[block])
+        while frame < end:
+            first.append(frame)
+            patterns.append(_pick(law, draw))
+            frame += int(draw.integers(shortest, longest + 1))
+    return np.array(first), np.array(patterns)
+
+
+def _cumulative(probability: Floats) -> Floats:
+    """Return the distribution function, its last step exactly 1 and steps of no probability never taken."""
+    total = np.cumsum(probability, axis=-1)
+    return total / total[..., -1:]
+
+
+def _pick(distribution: Floats, draw: np.random.Generator) -> int:
+    return int(np.searchsorted(distribution, draw.random(), side="right"))
+
+
+def examples(gestures: pd.DataFrame, count: int, draw: np.random.Generator) -> pd.DataFrame:
+    """Return ``count`` annotated examples of each class (fewer where there are fewer) of one actor's records.
+
+    Examples are whole phrases, never a record's last one, which its end cuts off, and clear ones before short ones.
+    They are taken from the records in turn, so that a fold that leaves a record out keeps examples of each class.
+
+    Parameters
+    ----------
+    gestures : the segment tables of all records of the actor.
+    """
+    whole = gestures[gestures["record"].eq(gestures["record"].shift(-1))]
+    order = draw.permutation(len(whole))
+    shuffled = whole.iloc[order].assign(short=lambda t: t["end_s"] - t["start_s"] < CLEAR_S)
+    shuffled = shuffled.sort_values(["label", "short"], kind="stable")
+    turn = shuffled.groupby(["label", "record"], sort=False).cumcount()
+    chosen = shuffled.assign(turn=turn).sort_values(["label", "turn"], kind="stable").groupby("label").head(count)
+    chosen = chosen.sort_values(["record", "start_s"])
+    return chosen[["record", "start_s", "end_s"]].assign(
+        gesture=chosen["label"], origin="studio"
+    ).reset_index(drop=True)

@@ -1,0 +1,91 @@
+# The virtual studio: a script drawn for all records at once, then one take a record, in sound and motion or,
+# for hours in seconds, in features only.
+
+
+def voice_of(wildcards):
+    """The synthesiser's voice of the actor of a record."""
+    voices = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]}
+    return voices[actor_of(wildcards.record)]
+
+
+def cast_of(wildcards):
+    return actor_of(wildcards.record)
+
+
+rule studio_script:
+    output:
+        initial=f"{RESULTS}/corpus/truth/initial.parquet",
+        transitions=f"{RESULTS}/corpus/truth/transitions.parquet",
+        emissions=f"{RESULTS}/corpus/truth/emissions.parquet",
+        durations=f"{RESULTS}/corpus/truth/durations.parquet",
+        gesture_phrases=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
+        prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
+        annotations=f"{RESULTS}/corpus/truth/annotations.parquet",
+    params:
+        records={actor: records_of(actor) for actor in ACTORS},
+        durations_s={actor["actor"]: actor["duration_s"] for actor in config["studio"]["actors"]},
+        coupling=config["studio"]["coupling"],
+        examples=config["studio"]["examples"],
+        frame_s=config["speech"]["frame_s"],
+        max_duration_s=config["synthesis"]["max_duration_s"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
+        code=code("studio/studio_script"),
+    log:
+        f"{RESULTS}/logs/studio_script.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_script.tsv"
+    message:
+        "the studio's script"
+    script:
+        "../../scripts/studio/studio_script.py"
+
+
+rule studio_take:
+    input:
+        gesture_phrases=rules.studio_script.output.gesture_phrases,
+        prosody_phrases=rules.studio_script.output.prosody_phrases,
+    output:
+        sound=f"{RESULTS}/corpus/raw/{{record}}.wav",
+        bvh=f"{RESULTS}/corpus/raw/{{record}}.bvh",
+        motion=f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
+        prosody=f"{RESULTS}/corpus/truth/prosody~{{record}}.parquet",
+    params:
+        actor=cast_of,
+        voice=voice_of,
+        motion_fps=config["studio"]["motion_fps"],
+        motion_noise_deg=config["studio"]["motion_noise_deg"],
+        frame_s=config["speech"]["frame_s"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
+        code=code("studio/studio_take"),
+    log:
+        f"{RESULTS}/logs/studio_take/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_take/{{record}}.tsv"
+    message:
+        "take of {wildcards.record}: voice and motion"
+    script:
+        "../../scripts/studio/studio_take.py"
+
+
+rule studio_features:
+    input:
+        gesture_phrases=rules.studio_script.output.gesture_phrases,
+        prosody_phrases=rules.studio_script.output.prosody_phrases,
+    output:
+        prosody=f"{RESULTS}/corpus/raw/{{record}}.prosody.parquet",
+        gestures=f"{RESULTS}/corpus/raw/{{record}}.gestures.parquet",
+    params:
+        frame_s=config["speech"]["frame_s"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
+        code=code("studio/studio_features"),
+    log:
+        f"{RESULTS}/logs/studio_features/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_features/{{record}}.tsv"
+    message:
+        "features of {wildcards.record}, without sound"
+    script:
+        "../../scripts/studio/studio_features.py"
