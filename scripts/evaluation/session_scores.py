@@ -1,0 +1,9 @@
+"""Scores of synthesis sessions: means over an actor's records, with intervals."""
+
+from cospeech import job
+from cospeech.evaluation import sessions
+
+with job.run(snakemake) as work:
+    bootstrap = sessions.Bootstrap(**work.params["bootstrap"], seed=work.params["seed"])
+    scores = work.read(work.input.scores, "record_scores")
+    work.write(sessions.session_scores(scores, bootstrap), work.output.scores, "session_scores")

@@ -1,0 +1,154 @@
+"""What of the virtual studio's plan is found again: gesture phrases, prosody patterns, pitch, the planted process."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech import segments
+from cospeech.evaluation import frames
+
+Rows = list[dict[str, Any]]
+
+SIMULATIONS = 2000
+"""Draws of the planted process against which observed counts are held."""
+
+
+COLUMNS = ["quantity", "actor", "record", "clusters", "states", "part", "value", "n"]
+
+
+def table(rows: Rows) -> pd.DataFrame:
+    """Return the rows as one table; what a row does not say is missing."""
+    frame = pd.DataFrame(rows).reindex(columns=COLUMNS)
+    return frame.astype({"clusters": "Int64", "states": "Int64"})
+
+
+def gestures(planted: pd.DataFrame, found: pd.DataFrame, frame_s: float) -> Rows:
+    """Return how well the found gesture phrases of one record agree with the planted ones, on the prosody grid.
+
+    Rows: gesture_frames_right (share of frames), gesture_kappa (Cohen), gesture_phrase_ratio (found / planted).
+    """
+    n_frames = round(float(planted["end_s"].iloc[-1]) / frame_s)
+    true, guess = (segments.resample(table, n_frames, 1.0 / frame_s) for table in (planted, found))
+    names = pd.Index(sorted({*true["label"], *guess["label"]}))
+    a, b = (names.get_indexer(pd.Index(segments.to_labels(table))).astype(np.int64) for table in (true, guess))
+    values = {
+        "gesture_frames_right": frames.share_right(a, b),
+        "gesture_kappa": frames.kappa(a, b),
+        "gesture_phrase_ratio": len(guess) / len(true),
+    }
+    return [{"quantity": quantity, "value": value, "n": n_frames} for quantity, value in values.items()]
+
+
+def prosody(planted: pd.DataFrame, found: pd.DataFrame, held_out: str) -> Rows:
+    """Return the adjusted mutual information of found prosody clusters and planted patterns, frame by frame.
+
+    One row for the held-out record of the fold and one for the records that its clusters were trained on.
+
+    Parameters
+    ----------
+    planted, found : segments of several records; those of ``found`` are compared.
+    held_out : the record of the fold.
+    """
+    from sklearn.metrics import adjusted_mutual_info_score
+
+    streams: dict[str, list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]] = {"held_out": [], "training": []}
+    for record, table in found.groupby("record", sort=False):
+        true = planted[planted["record"] == record]
+        if len(true) == 0:
+            continue
+        n_frames = int(table["end_frame"].iloc[-1])
+        fps = n_frames / float(table["end_s"].iloc[-1])
+        labels = segments.to_labels(segments.resample(true, n_frames, fps))
+        streams["held_out" if record == held_out else "training"].append((labels, segments.to_labels(table)))
+    rows = []
+    for part, pairs in streams.items():
+        if pairs:
+            true_labels, found_labels = (np.concatenate(side).astype(str) for side in zip(*pairs, strict=True))
+            value = float(adjusted_mutual_info_score(true_labels, found_labels))
+            rows.append({"quantity": "prosody_ami", "part": part, "value": value, "n": len(true_labels)})
+    return rows
+
+
+def pitch(planted: pd.DataFrame, measured: pd.DataFrame, voiced_gain: float) -> Rows:
+    """Return how far the measured pitch lag lies from the planted one in voiced frames of one record.
+
+    Rows: pitch_error (median of the relative error), pitch_gross_errors (share beyond 20 %, octave jumps and such).
+    Voiced is what was planted with a pitch and measured with a gain above ``voiced_gain``.
+
+    Parameters
+    ----------
+    planted : time_s, lag_s (null where no voice is planted).
+    measured : the prosody table of the record.
+    """
+    times = planted["time_s"].to_numpy()
+    nearest = np.abs(measured["time_s"].to_numpy()[:, None] - times[None, :]).argmin(axis=1)
+    true = planted["lag_s"].to_numpy(dtype=float)[nearest]
+    found = measured["lag_s"].to_numpy(dtype=float)
+    voiced = (measured["pitch_gain"].to_numpy() > voiced_gain) & np.isfinite(true) & np.isfinite(found) & (true > 0)
+    if not voiced.any():
+        return []
+    error = np.abs(found[voiced] / true[voiced] - 1)
+    values = {"pitch_error": float(np.median(error)), "pitch_gross_errors": float(np.mean(error > 0.2))}
+    return [{"quantity": quantity, "value": value, "n": int(voiced.sum())} for quantity, value in values.items()]
+
+
+def process(phrases: pd.DataFrame, transitions: pd.DataFrame, durations: pd.DataFrame, seed: int) -> Rows:
+    """Return whether the planted phrases of one actor are a likely draw of the planted process.
+
+    Rows: transitions_p and durations_p, the share of as many draws from the planted probabilities that lie further
+    from them (Pearson's chi-square, compared with simulated draws, since most cells expect less than five). A small
+    value tells that counting phrases would not give back what was planted. The last phrase of a record is cut off by
+    its end, and is left out.
+
+    Parameters
+    ----------
+    phrases : planted gesture segments of the actor's records.
+    transitions : from_gesture, to_gesture, probability.
+    durations : gesture, bin, duration_s, probability.
+    """
+    follows = phrases["label"].shift(-1).where(phrases["record"] == phrases["record"].shift(-1))
+    whole = phrases.assign(to=follows)[follows.notna()]
+    pairs = pd.crosstab(whole["label"], whole["to"])
+    planned = transitions.set_index(["from_gesture", "to_gesture"])["probability"].unstack(fill_value=0)  # noqa: PD010
+    observed = pairs.reindex(index=planned.index, columns=planned.columns, fill_value=0)
+
+    planned_bins = durations.set_index(["gesture", "bin"])["probability"].unstack(fill_value=0)  # noqa: PD010
+    bin_s = float((durations["duration_s"] / durations["bin"]).iloc[0])
+    bins = np.ceil((whole["end_s"] - whole["start_s"]) / bin_s - 1e-6).astype(int)
+    bins = bins.clip(upper=int(planned_bins.columns.max()))
+    counted = pd.crosstab(whole["label"], bins)
+    counted = counted.reindex(index=planned_bins.index, columns=planned_bins.columns, fill_value=0)
+    return [
+        {"quantity": "transitions_p", "value": _simulated_p(observed, planned, seed, "transitions"), "n": len(whole)},
+        {"quantity": "durations_p", "value": _simulated_p(counted, planned_bins, seed, "durations"), "n": len(whole)},
+    ]
+
+
+def _simulated_p(observed: pd.DataFrame, planned: pd.DataFrame, seed: int, name: str) -> float:
+    counts = observed.to_numpy(dtype=np.int64)
+    totals = counts.sum(axis=1)
+    used = totals > 0
+    if not used.any():
+        return math.nan
+    probability = planned.to_numpy(dtype=float)[used]
+    probability /= probability.sum(axis=1, keepdims=True)
+    expected = totals[used, None] * probability
+    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    drawn = np.stack(
+        [rng.multinomial(n, p, SIMULATIONS) for n, p in zip(totals[used], probability, strict=True)], axis=1
+    )
+
+    def distance(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cells = (table - expected) ** 2 / expected
+        cells[..., expected == 0] = np.where(table[..., expected == 0] > 0, np.inf, 0.0)
+        return cells.sum(axis=(-2, -1))
+
+    further = int((distance(drawn) >= distance(counts[used]) - 1e-9).sum())
+    return (further + 1) / (SIMULATIONS + 1)

@@ -1,0 +1,165 @@
+# Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
+
+SWEPT = ["hsmm", "hsmm_weighted"]
+
+# What is scored: every system at the main setting, the two that are swept at every other one.
+SCORED = [(system, MAIN, record) for system in SYSTEMS for record in RECORDS] + [
+    (system, setting, record)
+    for setting in SWEEP
+    for system in SWEPT
+    for record in RECORDS
+]
+
+
+rule record_scores:
+    input:
+        actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
+        synthesised=[
+            f"{RESULTS}/synthesis/{system}/{setting.path}/{record}/phrases.parquet"
+            for system, setting, record in SCORED
+        ],
+    output:
+        scores=f"{RESULTS}/evaluation/record_scores.parquet",
+    log:
+        f"{RESULTS}/logs/record_scores.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/record_scores.tsv"
+    params:
+        actors={record: actor_of(record) for record in RECORDS},
+        scored=[(system, *setting, record) for system, setting, record in SCORED],
+        rules={
+            "gestures": tuple(config["phrases"]["gesture"]["labels"]),
+            "bins_s": tuple(config["evaluation"]["bins_s"]),
+            "max_duration_s": config["synthesis"]["max_duration_s"],
+            "tolerance_s": config["evaluation"]["boundary_tolerance_s"],
+            **config["evaluation"]["interior"],
+            "frame_s": config["speech"]["frame_s"],
+        },
+        corpus=lookup(within=config, dpath="corpus/name"),
+        code=code("evaluation/record_scores"),
+    message:
+        f"scores of {len(SCORED)} synthesised records"
+    script:
+        "../../scripts/evaluation/record_scores.py"
+
+
+rule session_scores:
+    input:
+        scores=rules.record_scores.output.scores,
+    output:
+        scores=f"{RESULTS}/evaluation/session_scores.parquet",
+    log:
+        f"{RESULTS}/logs/session_scores.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/session_scores.tsv"
+    params:
+        bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
+        seed=lookup(within=config, dpath="seed"),
+        corpus=lookup(within=config, dpath="corpus/name"),
+        code=code("evaluation/session_scores"),
+    message:
+        "scores of synthesis sessions"
+    script:
+        "../../scripts/evaluation/session_scores.py"
+
+
+rule differences:
+    input:
+        scores=rules.record_scores.output.scores,
+    output:
+        differences=f"{RESULTS}/evaluation/differences.parquet",
+    log:
+        f"{RESULTS}/logs/differences.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/differences.tsv"
+    params:
+        clusters=MAIN.clusters,
+        states=MAIN.states,
+        bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
+        seed=lookup(within=config, dpath="seed"),
+        corpus=lookup(within=config, dpath="corpus/name"),
+        code=code("evaluation/differences"),
+    message:
+        "differences between systems"
+    script:
+        "../../scripts/evaluation/differences.py"
+
+
+if "motion" in BRINGS:
+
+    # What is animated, where the corpus brings motion.
+    ANIMATED = [
+        (system, record)
+        for system in config["animation"]["systems"]
+        for record in RECORDS
+    ]
+
+    rule motion_statistics:
+        input:
+            original=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
+            synthesised=[
+                f"{RESULTS}/synthesis/{system}/{MAIN.path}/{record}/motion.parquet"
+                for system, record in ANIMATED
+            ],
+        output:
+            statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
+            histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
+        log:
+            f"{RESULTS}/logs/motion_statistics.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/motion_statistics.tsv"
+        params:
+            actors={record: actor_of(record) for record in RECORDS},
+            animated=ANIMATED,
+            bins=lookup(within=config, dpath="evaluation/speed_bins"),
+            corpus=lookup(within=config, dpath="corpus/name"),
+            code=code("evaluation/motion_statistics"),
+        message:
+            "speed, acceleration and jerk of original and synthesised motion"
+        script:
+            "../../scripts/evaluation/motion_statistics.py"
+
+
+if VIRTUAL:
+
+    # The folds whose prosody clusters are held against the planted patterns.
+    CLUSTERED = [(setting, record) for setting in [MAIN, *SWEEP] for record in RECORDS]
+
+    # The records whose pitch was planted in sound, and measured.
+    HEARD = list(RECORDS) if "audio" in BRINGS else []
+
+    rule recovery:
+        input:
+            gesture_phrases=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
+            prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
+            transitions=f"{RESULTS}/corpus/truth/transitions.parquet",
+            durations=f"{RESULTS}/corpus/truth/durations.parquet",
+            gestures=expand(
+                f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS
+            ),
+            clusters=[
+                f"{RESULTS}/phrases/prosody/{setting.path}/fold~{fold}/segments.parquet"
+                for setting, fold in CLUSTERED
+            ],
+            planted_prosody=[
+                f"{RESULTS}/corpus/truth/prosody~{record}.parquet" for record in HEARD
+            ],
+            prosody=[f"{RESULTS}/speech/{record}/prosody.parquet" for record in HEARD],
+        output:
+            recovery=f"{RESULTS}/evaluation/recovery.parquet",
+        log:
+            f"{RESULTS}/logs/recovery.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/recovery.tsv"
+        params:
+            actors={record: actor_of(record) for record in RECORDS},
+            clustered=[(*setting, fold) for setting, fold in CLUSTERED],
+            frame_s=lookup(within=config, dpath="speech/frame_s"),
+            voiced_gain=lookup(within=config, dpath="speech/voiced_gain"),
+            seed=lookup(within=config, dpath="seed"),
+            corpus=lookup(within=config, dpath="corpus/name"),
+            code=code("evaluation/recovery"),
+        message:
+            "how much of what was planted is found again"
+        script:
+            "../../scripts/evaluation/recovery.py"
