@@ -20,7 +20,9 @@ class Project:
     folder: Path
     program: Path = ROOT
 
-    def command(self, *arguments: str, config: str | Path = ROOT / "config" / "test.yaml", cores: int = 2) -> list[str]:
+    def command(
+        self, *arguments: str, config: str | Path = ROOT / "config" / "test.yaml", cores: int = 2
+    ) -> list[str]:
         return [
             *(sys.executable, "-m", "snakemake", *arguments),
             *("--snakefile", str(self.program / "Snakefile"), "--directory", str(self.folder)),
