@@ -16,9 +16,6 @@ def test_everything_that_was_made_is_whole(finished):
 
 
 def test_every_exhibit_of_the_thesis_is_there(finished):
-    exhibits = [
-        name for name in yaml.safe_load((ROOT / "reports/template/published.yaml").read_text()) if "." in name
-    ]
     figures = {path.stem for path in (finished.folder / "reports/test/figures").glob("*.svg")}
     tables = {path.stem for path in (finished.folder / "reports/test/tables").glob("*.csv")}
     # fig-7.4 is fig-7.3 of the second actor, and this corpus has one.
