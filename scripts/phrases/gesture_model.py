@@ -1,0 +1,18 @@
+"""The gesture phrase model of one actor, trained on all of the actor's records."""
+
+import pandas as pd
+
+from cospeech import job
+from cospeech.phrases import gesture, model
+
+with job.run(snakemake) as work:
+    records = work.params["records"]
+    training = gesture.train(
+        {record: work.read(path, "motion") for record, path in zip(records, work.input.motion, strict=True)},
+        pd.concat([work.read(path, "annotations") for path in work.input.annotations]),
+        work.params["settings"],
+    )
+    for note in training.notes:
+        work.say(note)
+    work.write(model.to_table(training.model), work.output.model, "hmm_model")
+    work.write(training.fit, work.output.fit, "hmm_fit")

@@ -1,0 +1,240 @@
+"""The parallel HMM of Özkul 2012, 4.1 (Sargin 2006, 4.2.1): M left-to-right branches of N states that share one node.
+
+A sequence starts at the node, enters the first state of branch m with probability ``entry[m]``, goes through the
+branch state by state, staying in each with probability ``stay``, returns from the last state to the node, and may end
+in any state. One pass through a branch is one segment. Densities are Gaussian with diagonal covariance.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.errors import UserError
+from cospeech.markov import parallel_kernels as kernels
+from cospeech.markov.parallel_kernels import FREE, MUST, NEVER
+
+__all__ = ["FREE", "MUST", "NEVER", "Clamp", "Counts", "ParallelHMM", "Path"]
+
+Floats = npt.NDArray[np.float64]
+
+LEAST_OCCUPANCY = 1e-3
+"""A state that is expected to hold fewer frames keeps its parameters in the M-step."""
+
+LEAST_STAY, MOST_STAY = 1e-6, 1.0 - 1e-6
+"""Limits of the self-transition, so that no state becomes a trap."""
+
+
+class ParallelHMM(NamedTuple):
+    """The parameters: ``entry`` (M,), ``stay`` (M, N), ``mean`` and ``variance`` (M, N, D)."""
+
+    entry: Floats
+    stay: Floats
+    mean: Floats
+    variance: Floats
+
+
+class Clamp(NamedTuple):
+    """What is known of one sequence of T frames.
+
+    ``allowed`` (T, M) of bool: the branches that may be active. ``cuts`` (T,) of int8: whether a segment begins
+    there (``FREE``, ``MUST``, ``NEVER``).
+    """
+
+    allowed: npt.NDArray[np.bool_]
+    cuts: npt.NDArray[np.int8]
+
+
+class Counts(NamedTuple):
+    """Expected counts of an E-step, place by place: state s = n * M + m is place n of branch m."""
+
+    log_likelihood: float
+    entered: Floats
+    occupied: Floats
+    stayed: Floats
+    left: Floats
+    first: Floats
+    second: Floats
+    pivot: Floats
+
+
+class Path(NamedTuple):
+    """The most likely path: ``branch`` (T,), whether a segment ``begins`` (T,), and its log-probability."""
+
+    branch: npt.NDArray[np.int64]
+    begins: npt.NDArray[np.bool_]
+    score: float
+
+
+class Fit(NamedTuple):
+    """A trained model and the log-likelihoods on the way to it, (iterations + 1,); the last is its own."""
+
+    model: ParallelHMM
+    log_likelihoods: Floats
+
+
+def unclamped(n_branches: int) -> Clamp:
+    """Return the clamp that forbids nothing, for sequences of any length."""
+    return Clamp(np.ones((0, n_branches), dtype=bool), np.zeros(0, dtype=np.int8))
+
+
+def _flat(values: Floats) -> Floats:
+    """Return (M, N, ...) as (N * M, ...), place by place."""
+    return np.ascontiguousarray(np.swapaxes(values, 0, 1)).reshape(-1, *values.shape[2:])
+
+
+def _by_branch(values: Floats, n_branches: int) -> Floats:
+    """Return (N * M, ...) as (M, N, ...)."""
+    return np.ascontiguousarray(np.swapaxes(values.reshape(-1, n_branches, *values.shape[1:]), 0, 1))
+
+
+def _transitions(model: ParallelHMM) -> tuple[Floats, Floats, Floats]:
+    with np.errstate(divide="ignore"):
+        return np.log(model.entry), np.log(_flat(model.stay)), np.log1p(-_flat(model.stay))
+
+
+def _densities(model: ParallelHMM) -> tuple[Floats, Floats, Floats]:
+    variance = _flat(model.variance)
+    weight = np.sqrt(0.5 / variance)
+    return weight, _flat(model.mean) * weight, -0.5 * np.log(2 * np.pi * variance).sum(axis=1)
+
+
+def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
+    return clamps if clamps is not None else [unclamped(len(model.entry))] * len(sequences)
+
+
+def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
+    """Return log P(frames | model) of one sequence (T, D), over the paths that ``clamp`` admits."""
+    allowed, cuts = clamp or unclamped(len(model.entry))
+    return float(kernels.log_likelihood(frames, allowed, cuts, *_transitions(model), *_densities(model)))
+
+
+def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None = None) -> Counts:
+    """Return the expected counts of all sequences (the E-step of Baum-Welch).
+
+    Raises
+    ------
+    UserError : where the clamp of a sequence admits no path.
+    """
+    n_branches, n_places, n_features = model.mean.shape
+    n_states = n_branches * n_places
+    pivot = model.mean.reshape(-1, n_features).mean(axis=0)
+    sums = (
+        np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
+        np.zeros((n_states, n_features)), np.zeros((n_states, n_features)),
+    )  # fmt: skip
+    parameters = (*_transitions(model), *_densities(model))
+    total = 0.0
+    for index, (frames, clamp) in enumerate(zip(sequences, _clamps(model, sequences, clamps), strict=True)):
+        found = kernels.expect(frames, *clamp, *parameters, pivot, *sums)
+        if found == -np.inf:
+            raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
+        total += found
+    return Counts(total, *sums, pivot)
+
+
+def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
+    """Return the model that the expected counts make most likely (the M-step of Baum-Welch).
+
+    Variances are at least ``floor`` (D,): the best that this limit allows, so that the likelihood still cannot fall.
+    A state without frames keeps its parameters.
+    """
+    n_branches = len(model.entry)
+    moves = counts.stayed + counts.left
+    occupied, moved = counts.occupied > LEAST_OCCUPANCY, moves > LEAST_OCCUPANCY
+    frames = np.where(occupied, counts.occupied, 1.0)[:, None]
+    shift = counts.first / frames
+    variance = np.maximum(counts.second / frames - shift**2, floor)
+    stay = np.clip(counts.stayed / np.where(moved, moves, 1.0), LEAST_STAY, MOST_STAY)
+    seen = occupied[:, None]
+    return ParallelHMM(
+        counts.entered / counts.entered.sum(),
+        _by_branch(np.where(moved, stay, _flat(model.stay)), n_branches),
+        _by_branch(np.where(seen, counts.pivot + shift, _flat(model.mean)), n_branches),
+        _by_branch(np.where(seen, variance, _flat(model.variance)), n_branches),
+    )
+
+
+def fit(
+    model: ParallelHMM,
+    sequences: list[Floats],
+    floor: Floats,
+    iterations: int,
+    tolerance: float = 0.0,
+    clamps: list[Clamp] | None = None,
+) -> Fit:
+    """Train ``model`` by Baum-Welch.
+
+    Parameters
+    ----------
+    sequences : (T, D) each, with the features of the model.
+    floor : (D,) least variance of each feature.
+    iterations : at most this many updates.
+    tolerance : stop when an update gains less log-likelihood a frame.
+    clamps : one a sequence, or None.
+
+    Returns
+    -------
+    The trained model; the last of the log-likelihoods is its own.
+    """
+    model = model._replace(
+        variance=np.maximum(model.variance, floor), stay=np.clip(model.stay, LEAST_STAY, MOST_STAY)
+    )
+    n_frames = sum(len(frames) for frames in sequences)
+    history: list[float] = []
+    for _ in range(iterations):
+        counts = expect(model, sequences, clamps)
+        history.append(counts.log_likelihood)
+        if len(history) > 1 and history[-1] - history[-2] < tolerance * n_frames:
+            return Fit(model, np.array(history))
+        model = maximise(model, counts, floor)
+    found = zip(sequences, _clamps(model, sequences, clamps), strict=True)
+    history.append(sum(log_likelihood(model, frames, clamp) for frames, clamp in found))
+    return Fit(model, np.array(history))
+
+
+def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Path:
+    """Return the most likely path through the model for one sequence (T, D) (Viterbi; Özkul 2012, 4.2).
+
+    Two passes through one branch in succession are two segments: the second begins where ``begins`` says so.
+
+    Raises
+    ------
+    UserError : where the clamp admits no path.
+    """
+    allowed, cuts = clamp or unclamped(len(model.entry))
+    branch, begins = np.empty(len(frames), dtype=np.int64), np.empty(len(frames), dtype=bool)
+    score = kernels.viterbi(frames, allowed, cuts, *_transitions(model), *_densities(model), branch, begins)
+    if score == -np.inf:
+        raise UserError(f"a sequence of {len(frames)} frames: no path through the model keeps its clamps")
+    return Path(branch, begins, float(score))
+
+
+def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArray[np.bool_]) -> Floats:
+    """Return log P(segment | branch) of every segment of one sequence under every branch alone, shape (L, M)."""
+    starts = np.append(np.flatnonzero(begins), len(frames))
+    _, log_stay, log_leave = _transitions(model)
+    densities = _densities(model)
+    return np.array(
+        [
+            kernels.branch_log_likelihoods(frames[start:end], len(model.entry), log_stay, log_leave, *densities)
+            for start, end in pairwise(starts)
+        ]
+    )
+
+
+def alpha(log_likelihood: float, n_frames: int) -> float:
+    """Return the fitness alpha: mean log-likelihood a frame (Sargin 2006, 4.14)."""
+    return log_likelihood / n_frames
+
+
+def beta(model: ParallelHMM, sequences: list[Floats], paths: list[Path]) -> float:
+    """Return the fitness beta: how far the best branch leads the second, a frame (Sargin 2006, 4.15-4.16)."""
+    total = 0.0
+    for frames, path in zip(sequences, paths, strict=True):
+        ranked = np.sort(branch_log_likelihoods(model, frames, path.begins), axis=1)
+        total += float((ranked[:, -1] - ranked[:, -2]).sum())
+    return total / sum(len(frames) for frames in sequences)

@@ -1,0 +1,117 @@
+"""Where Baum-Welch starts: a parallel HMM from labelled segments, and from a seeded clustering of segments."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.errors import UserError
+from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, ParallelHMM
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+def variance_floor(sequences: list[Floats], features: tuple[str, ...], share: float) -> Floats:
+    """Return the least variance of each feature, (D,): a share of its variance over all frames.
+
+    Raises
+    ------
+    UserError : where a feature has no variance, named from ``features``.
+    """
+    frames = np.concatenate(sequences)
+    spread = frames.std(axis=0)
+    dead = np.flatnonzero(spread <= 1e-12 * np.abs(frames).max(axis=0))
+    if len(dead):
+        raise UserError(
+            f"feature '{features[dead[0]]}' never changes over the {len(frames)} training frames, and a feature "
+            "without variance cannot be modelled; check the recordings that it comes from"
+        )
+    return share * spread**2
+
+
+def parts(segment: Floats, states: int) -> list[Floats]:
+    """Return a segment (T, D) split evenly into ``states`` parts, T at least ``states``."""
+    edges = np.arange(states + 1) * len(segment) // states
+    return [segment[start:end] for start, end in pairwise(edges)]
+
+
+def from_segments(groups: list[list[Floats]], states: int, floor: Floats) -> ParallelHMM:
+    """Return the model whose branch m was seen in the segments ``groups[m]``, each split evenly into states."""
+    n_branches = len(groups)
+    shape = (n_branches, states, len(floor))
+    entry, stay = np.empty(n_branches), np.empty((n_branches, states))
+    mean, variance = np.empty(shape), np.empty(shape)
+    for m, group in enumerate(groups):
+        entry[m] = len(group)
+        for n, pieces in enumerate(zip(*(parts(segment, states) for segment in group), strict=True)):
+            frames = np.concatenate(pieces)
+            stay[m, n] = 1.0 - len(pieces) / (len(frames) + 1.0)
+            mean[m, n], variance[m, n] = frames.mean(axis=0), np.maximum(frames.var(axis=0), floor)
+    return ParallelHMM(entry / entry.sum(), np.clip(stay, LEAST_STAY, MOST_STAY), mean, variance)
+
+
+def from_clusters(
+    sequences: list[Floats], n_branches: int, states: int, length: int, floor: Floats, rng: np.random.Generator
+) -> ParallelHMM:
+    """Return a model whose branches are clusters of segments cut at random, ``length`` frames long on average.
+
+    A segment is described by the means of its ``states`` parts, each feature in units of its standard deviation,
+    so that the clusters differ in course and not only in level.
+
+    Raises
+    ------
+    UserError : where the sequences are too short to give every branch a segment.
+    """
+    segments = [piece for frames in sequences for piece in _cut(frames, max(length, states), states, rng)]
+    if len(segments) < n_branches:
+        n_frames = sum(len(frames) for frames in sequences)
+        raise UserError(
+            f"{n_frames} training frames are too few for {n_branches} clusters of {states} states; "
+            "choose fewer clusters or give longer recordings"
+        )
+    spread = np.concatenate(sequences).std(axis=0)
+    course = np.array([[part.mean(axis=0) / spread for part in parts(segment, states)] for segment in segments])
+    labels = k_means(course.reshape(len(segments), -1), n_branches, rng)
+    groups = [[segments[i] for i in np.flatnonzero(labels == m)] for m in range(n_branches)]
+    return from_segments(groups, states, floor)
+
+
+def _cut(frames: Floats, length: int, shortest: int, rng: np.random.Generator) -> list[Floats]:
+    """Return a sequence cut into segments of random length, 0.5 to 1.5 times ``length``, at least ``shortest``."""
+    steps = rng.uniform(0.5, 1.5, size=2 * len(frames) // length + 2) * length
+    edges = np.cumsum(np.maximum(np.round(steps).astype(np.int64), shortest))
+    edges = edges[edges <= len(frames) - shortest]
+    return np.split(frames, edges)
+
+
+def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Ints:
+    """Return the cluster of every point, (n,): Lloyd's algorithm from k-means++ seeds; no cluster stays empty."""
+    centres = points[rng.integers(len(points))][None]
+    nearest = _squared_distances(points, centres)[:, 0]
+    while len(centres) < n_clusters:
+        # Points that coincide with a centre have no weight; where all do, any point will serve.
+        weights = nearest / nearest.sum() if nearest.sum() > 0 else None
+        centres = np.vstack([centres, points[rng.choice(len(points), p=weights)]])
+        nearest = np.minimum(nearest, _squared_distances(points, centres[-1:])[:, 0])
+    labels = np.full(len(points), -1)
+    for _ in range(rounds):
+        distances = _squared_distances(points, centres)
+        found = distances.argmin(axis=1)
+        own = distances[np.arange(len(points)), found]
+        for empty in np.setdiff1d(np.arange(n_clusters), found):
+            # An empty cluster takes the point that lies farthest from its centre in a cluster of several.
+            crowded = np.bincount(found, minlength=n_clusters)[found] > 1
+            taken = int(np.where(crowded, own, -1.0).argmax())
+            found[taken], own[taken] = empty, 0.0
+        if (found == labels).all():
+            break
+        labels = found
+        centres = np.array([points[labels == k].mean(axis=0) for k in range(n_clusters)])
+    return labels.astype(np.int64)
+
+
+def _squared_distances(points: Floats, centres: Floats) -> Floats:
+    return ((points[:, None, :] - centres[None, :, :]) ** 2).sum(axis=2)
