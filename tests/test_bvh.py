@@ -75,7 +75,7 @@ def test_our_own_reader_gives_back_what_was_written(tmp_path):
     turned = skeleton.rotations(skeleton.angles(motion))
     np.testing.assert_allclose(clip.rotations[:, order], turned, atol=1e-7)
     hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy() + skeleton.OFFSET_M["hips"]
-    np.testing.assert_allclose(clip.root, hips, atol=1e-6)
+    np.testing.assert_allclose(clip.places[0], hips, atol=1e-6)
     for joint, parent in zip(clip.names[1:], clip.parents[1:], strict=True):
         assert clip.names[parent] == skeleton.PARENT[joint]
 
@@ -91,10 +91,11 @@ def test_any_order_of_channels_is_read_as_declared(tmp_path):
     clip = bvh.read(tmp_path / "a.bvh")
     assert clip.names == ("Hips", "Left Arm", "Elbow")
     assert clip.fps == 30.0  # the cut 0.033333 is a thirtieth
-    np.testing.assert_array_equal(clip.root, [[1, 2, 3], [1, 2, 4]])
+    np.testing.assert_array_equal(clip.places[0], [[1, 2, 3], [1, 2, 4]])
     np.testing.assert_allclose(clip.rotations[0, 0], turn("z", 10) @ turn("x", 20) @ turn("y", 30))
     np.testing.assert_allclose(clip.rotations[0, 1], turn("y", 40) @ turn("z", 50) @ turn("x", 60))
     np.testing.assert_allclose(clip.rotations[1, 2], turn("y", 71))
+    np.testing.assert_array_equal(clip.places[1], [[10, 50, 0], [10, 50, 0]])
     np.testing.assert_array_equal(clip.tips[2], [25, 0, 0])
 
 
@@ -153,6 +154,6 @@ def test_a_spoilt_file_is_read_or_refused_and_nothing_else(tmp_path_factory, dat
         clip = bvh.read(path)
     except UserError:
         return
-    assert clip.rotations.shape == (len(clip.root), len(clip.names), 3, 3)
+    assert clip.rotations.shape == (len(clip.places[0]), len(clip.names), 3, 3)
     assert np.isfinite(clip.rotations).all()
-    assert np.isfinite(clip.root).all()
+    assert np.isfinite(clip.places[0]).all()

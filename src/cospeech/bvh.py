@@ -34,7 +34,7 @@ class Clip:
     names : (J,) joints, parents first.
     parents : (J,) index of each joint's parent, -1 for the root.
     rotations : (T, J, 3, 3) of each joint in its parent's frame.
-    root : (T, 3) place of the root.
+    places : (T, 3) place in its parent's frame of each joint that moves there, by index; of the root at least.
     fps : frames a second.
     offsets : (J, 3) place of each joint in its parent's frame at zero angles, or None where unknown.
     tips : the ends of the bones without a further joint, by the index of their joint.
@@ -43,7 +43,7 @@ class Clip:
     names: tuple[str, ...]
     parents: tuple[int, ...]
     rotations: Floats
-    root: Floats
+    places: dict[int, Floats]
     fps: float
     offsets: Floats | None = None
     tips: dict[int, Floats] = field(default_factory=dict)
@@ -91,8 +91,8 @@ def _offset(offset: Floats) -> str:
 def read(path: str | Path) -> Clip:
     """Read a BVH file.
 
-    Rotation orders are taken from each joint's CHANNELS line. Position channels of joints below the root, which
-    some exporters write and which hold the constant offset, are passed over.
+    Rotation orders are taken from each joint's CHANNELS line. Positions are those of the channels where a joint has
+    them, and offsets elsewhere.
 
     Raises
     ------
@@ -227,16 +227,17 @@ def _clip(tree: _Tree, values: Floats, fps: float) -> Clip:
         frame, column = missing[0]
         joint = tree.names[tree.channels[column][0]]
         raise UserError(f"{tree.where}: joint '{joint}' is missing (NaN) in frame {frame}; fill or cut the gap")
-    root = np.zeros((len(values), 3))
+    offsets = np.array([tree.offsets[joint] for joint in range(len(tree.names))])
     rotations = np.broadcast_to(np.eye(3), (len(values), len(tree.names), 3, 3)).copy()
+    places = {0: np.tile(offsets[0], (len(values), 1))}
     turns: dict[int, list[int]] = {}
     for column, (joint, channel) in enumerate(tree.channels):
         if channel.endswith("rotation"):
             turns.setdefault(joint, []).append(column)
-        elif joint == 0:
-            root[:, "xyz".index(channel[0])] = values[:, column]
+        else:
+            place = places.setdefault(joint, np.tile(offsets[joint], (len(values), 1)))
+            place[:, "xyz".index(channel[0])] = values[:, column]
     for joint, columns in turns.items():
         order = "".join(tree.channels[column][1][0].upper() for column in columns)
         rotations[:, joint] = Rotation.from_euler(order, values[:, columns], degrees=True).as_matrix()
-    offsets = np.array([tree.offsets[joint] for joint in range(len(tree.names))])
-    return Clip(tuple(tree.names), tuple(tree.parents), rotations, root, fps, offsets, tree.tips)
+    return Clip(tuple(tree.names), tuple(tree.parents), rotations, places, fps, offsets, tree.tips)
