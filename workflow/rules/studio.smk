@@ -8,8 +8,14 @@ def voice_of(wildcards):
     return voices[actor_of(wildcards.record)]
 
 
-def cast_of(wildcards):
+def performer_of(wildcards):
+    """The actor of a record."""
     return actor_of(wildcards.record)
+
+
+def scenario_of(wildcards):
+    """What the actor was asked to do in a record."""
+    return RECORDS[wildcards.record]["scenario"]
 
 
 rule studio_script:
@@ -21,6 +27,10 @@ rule studio_script:
         gesture_phrases=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
         prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
         annotations=f"{RESULTS}/corpus/truth/annotations.parquet",
+    log:
+        f"{RESULTS}/logs/studio_script.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_script.tsv"
     params:
         records={actor: records_of(actor) for actor in ACTORS},
         durations_s={actor["actor"]: actor["duration_s"] for actor in config["studio"]["actors"]},
@@ -31,10 +41,6 @@ rule studio_script:
         seed=config["seed"],
         corpus=config["corpus"]["name"],
         code=code("studio/studio_script"),
-    log:
-        f"{RESULTS}/logs/studio_script.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_script.tsv"
     message:
         "the studio's script"
     script:
@@ -50,19 +56,20 @@ rule studio_take:
         bvh=f"{RESULTS}/corpus/raw/{{record}}.bvh",
         motion=f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
         prosody=f"{RESULTS}/corpus/truth/prosody~{{record}}.parquet",
+    log:
+        f"{RESULTS}/logs/studio_take/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_take/{{record}}.tsv"
     params:
-        actor=cast_of,
+        actor=performer_of,
         voice=voice_of,
+        scenario=scenario_of,
         motion_fps=config["studio"]["motion_fps"],
         motion_noise_deg=config["studio"]["motion_noise_deg"],
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
         corpus=config["corpus"]["name"],
         code=code("studio/studio_take"),
-    log:
-        f"{RESULTS}/logs/studio_take/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_take/{{record}}.tsv"
     message:
         "take of {wildcards.record}: voice and motion"
     script:
@@ -76,15 +83,15 @@ rule studio_features:
     output:
         prosody=f"{RESULTS}/corpus/raw/{{record}}.prosody.parquet",
         gestures=f"{RESULTS}/corpus/raw/{{record}}.gestures.parquet",
+    log:
+        f"{RESULTS}/logs/studio_features/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/studio_features/{{record}}.tsv"
     params:
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
         corpus=config["corpus"]["name"],
         code=code("studio/studio_features"),
-    log:
-        f"{RESULTS}/logs/studio_features/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_features/{{record}}.tsv"
     message:
         "features of {wildcards.record}, without sound"
     script:

@@ -32,7 +32,7 @@ HABITS = {
     "open": (1.0, 1.7, "left"),
     "right": (1.0, 1.8, "perpendicular"),
 }
-SHORTEST_S, LONGEST_S = 0.6, 6.0
+SHORTEST_S, LONGEST_S = 0.7, 6.0
 OPENS_AT_REST = 0.85
 BACK_TO_REST = 0.45
 FOLLOWS_HABIT = 0.25
@@ -163,9 +163,7 @@ def tables(cast: list[Member], coupling: float, frame_s: float) -> dict[str, pd.
     gestures = np.array(GESTURES, dtype=object)
     return {
         "initial": _stack(cast, lambda m: {"gesture": gestures, "probability": m.initial}),
-        "transitions": _stack(
-            cast, lambda m: _grid(m.transitions, from_gesture=gestures, to_gesture=gestures)
-        ),
+        "transitions": _stack(cast, lambda m: _grid(m.transitions, from_gesture=gestures, to_gesture=gestures)),
         "emissions": _stack(
             cast, lambda m: _grid(m.emissions(coupling), gesture=gestures, prosody=np.array(NAMES, dtype=object))
         ),

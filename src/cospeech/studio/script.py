@@ -127,6 +127,6 @@ def examples(gestures: pd.DataFrame, count: int, draw: np.random.Generator) -> p
     turn = shuffled.groupby(["label", "record"], sort=False).cumcount()
     chosen = shuffled.assign(turn=turn).sort_values(["label", "turn"], kind="stable").groupby("label").head(count)
     chosen = chosen.sort_values(["record", "start_s"])
-    return chosen[["record", "start_s", "end_s"]].assign(
-        gesture=chosen["label"], origin="studio"
-    ).reset_index(drop=True)
+    return (
+        chosen[["record", "start_s", "end_s"]].assign(gesture=chosen["label"], origin="studio").reset_index(drop=True)
+    )

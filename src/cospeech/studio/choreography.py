@@ -1,0 +1,216 @@
+"""The choreography: where the hands are to be, and when, in every gesture phrase.
+
+A gesture phrase is made of phases (Kendon; McNeill): preparation, stroke, retraction. The stroke is a run of beats at
+the actor's own pace, now and then with a hold. A phrase that leads to rest brings the hands down before it ends, so
+that the next one starts at rest; one that leads to another gesture goes over into its preparation, and the boundary
+lies inside one movement. Between two keys a hand moves with minimum jerk.
+
+Places are in metres in the frame of the chest, measured from the middle between the shoulders: outward (to the hand's
+own side), up, forward.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.studio.cast import generator
+
+Floats = npt.NDArray[np.float64]
+Place = tuple[float, float, float]
+
+SIDES = ("left", "right")
+REST: Place = (0.23, -0.515, 0.05)
+DOWN_AND_BACK: Place = (0.5, -0.5, -0.7)
+BACK: Place = (0.1, -0.5, -0.85)
+
+
+@dataclass(frozen=True)
+class Hand:
+    """What one hand does in a class of gesture.
+
+    ``place`` is where its stroke is, ``beat`` where a beat leads from there, ``lag`` the share of a beat by which it
+    comes late, ``pole`` where the elbow points, ``turn_deg`` how far the forearm turns the palm (positive: the palm
+    turns to the front and up), ``bend_deg`` how far the hand bends inward at the wrist.
+    """
+
+    place: Place
+    beat: Place = (0.0, 0.0, 0.0)
+    lag: float = 0.0
+    pole: Place = DOWN_AND_BACK
+    turn_deg: float = 0.0
+    bend_deg: float = 0.0
+
+
+AT_REST = Hand(REST)
+RAISED = Hand((0.22, -0.07, 0.33), (0.02, -0.13, 0.03), turn_deg=20.0)
+UP_ALONE = Hand((0.24, -0.02, 0.34), (0.05, -0.14, 0.02), turn_deg=10.0)
+VERTICAL = Hand((0.17, 0.00, 0.32), (0.0, -0.22, 0.02), turn_deg=-20.0)
+HORIZONTAL = Hand((0.10, -0.22, 0.32), (0.24, 0.0, -0.02), lag=0.5, turn_deg=45.0)
+TOUCHING = Hand((0.042, -0.24, 0.27), (0.0, -0.06, 0.03), turn_deg=0.0, bend_deg=-25.0)
+OPENED = Hand((0.53, -0.26, -0.17), (0.05, 0.08, -0.04), pole=BACK, turn_deg=60.0)
+
+FIGURES: dict[str, tuple[Hand, Hand]] = {
+    "raise_both": (RAISED, RAISED),
+    "rest": (AT_REST, AT_REST),
+    "left": (UP_ALONE, AT_REST),
+    "perpendicular": (VERTICAL, HORIZONTAL),
+    "contact": (TOUCHING, TOUCHING),
+    "open": (OPENED, OPENED),
+    "right": (AT_REST, UP_ALONE),
+}
+"""What left and right hand do in each class of Özkul 2012, Table 4.1; 'perpendicular' comes both ways round."""
+
+PREPARATION = (0.30, 0.32, 0.75)
+RETRACTION = (0.33, 0.38, 0.85)
+"""Share of the phrase, and limits in seconds."""
+
+LETS_GO = (0.15, 0.16, 0.30)
+"""The same for the end of a phrase that goes over into another gesture."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """How an actor moves: the size and height of gestures, pace of beats, preferred hand, liveliness of the head."""
+
+    size: float
+    height_m: float
+    forward_m: float
+    beat_s: float
+    right_handed: float
+    holds: float
+    sway: float
+
+
+def style(actor: str, seed: int) -> Style:
+    """Return the style of ``actor``, drawn once."""
+    draw = generator(seed, "style", actor)
+    return Style(
+        size=draw.uniform(0.85, 1.15),
+        height_m=draw.uniform(-0.02, 0.04),
+        forward_m=draw.uniform(-0.02, 0.02),
+        beat_s=draw.uniform(0.42, 0.60),
+        right_handed=draw.uniform(0.65, 0.85),
+        holds=draw.uniform(0.15, 0.40),
+        sway=draw.uniform(0.8, 1.2),
+    )
+
+
+@dataclass
+class Track:
+    """The keys of one hand: times (K,) and, per key, place, pole, turn and bend, (K, 8)."""
+
+    times_s: list[float] = field(default_factory=list)
+    values: list[Floats] = field(default_factory=list)
+
+    def key(self, time_s: float, value: Floats) -> None:
+        """Add a key; keys come in the order of time, and a later one at the same moment is passed over."""
+        if not self.times_s or time_s > self.times_s[-1] + 1e-9:
+            self.times_s.append(time_s)
+            self.values.append(value)
+
+    def at(self, times_s: Floats) -> Floats:
+        """Return the values (T, 8) at ``times_s`` (T,), by minimum-jerk movements from key to key."""
+        return minimum_jerk(np.array(self.times_s), np.array(self.values), times_s)
+
+
+def minimum_jerk(key_times_s: Floats, values: Floats, times_s: Floats) -> Floats:
+    """Return (T, C) values that go from key to key and stand still at each (Flash and Hogan 1985)."""
+    left = np.clip(np.searchsorted(key_times_s, times_s, side="right") - 1, 0, max(len(key_times_s) - 2, 0))
+    right = np.minimum(left + 1, len(key_times_s) - 1)
+    span = np.maximum(key_times_s[right] - key_times_s[left], 1e-9)
+    u = np.clip((times_s - key_times_s[left]) / span, 0.0, 1.0)
+    share = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    return values[left] + share[:, None] * (values[right] - values[left])
+
+
+def tracks(gestures: pd.DataFrame, manner: Style, draw: np.random.Generator) -> tuple[Track, Track]:
+    """Return the keys of the left and the right hand for the gesture phrases of one record."""
+    hands = (Track(), Track())
+    labels = gestures["label"].tolist()
+    for row, (label, start, end) in enumerate(zip(labels, gestures["start_s"], gestures["end_s"], strict=True)):
+        following = labels[row + 1] if row + 1 < len(labels) else None
+        if label == "rest":
+            for track in hands:
+                value = _value(AT_REST, manner, draw, 0.3)
+                track.key(start, value)
+                track.key(end, value)
+        else:
+            _phrase(hands, label, float(start), float(end), following, manner, draw)
+    return hands
+
+
+def _phrase(
+    hands: tuple[Track, Track],
+    label: str,
+    start: float,
+    end: float,
+    following: str | None,
+    manner: Style,
+    draw: np.random.Generator,
+) -> None:
+    figure = FIGURES[label]
+    if label == "perpendicular" and draw.random() > manner.right_handed:
+        figure = figure[::-1]
+    begin = start + _phase(PREPARATION, end - start) * draw.uniform(0.85, 1.15)
+    leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
+    stop = end if following is None else end - leave * draw.uniform(0.85, 1.15)
+    times = _beats(begin, stop, manner, draw)
+    size = manner.size * draw.lognormal(0.0, 0.18)
+    common = draw.normal(0.0, 0.025, 3)
+    for track, hand in zip(hands, figure, strict=True):
+        if hand is AT_REST:
+            value = _value(hand, manner, draw, 0.3)
+            times_here, values = [begin, stop], [value, value]
+        else:
+            times_here, values = _stroke(hand, times, size, _value(hand, manner, draw, 0.4, common))
+        if not track.times_s:
+            track.key(start, _value(AT_REST, manner, draw, 0.3))
+        for time_s, value in zip(times_here, values, strict=True):
+            track.key(time_s, value)
+        if following == "rest":
+            track.key(end, _value(AT_REST, manner, draw, 0.3))
+
+
+def _phase(law: tuple[float, float, float], duration_s: float) -> float:
+    """Return the length of a phase: a share of the phrase within limits, and never more than two fifths of it."""
+    share, shortest, longest = law
+    return min(max(share * duration_s, shortest), longest, 0.4 * duration_s)
+
+
+def _beats(begin: float, stop: float, manner: Style, draw: np.random.Generator) -> Floats:
+    """Return the turning points of the beats from ``begin`` to ``stop``: two a beat, uneven as living ones are."""
+    halves = max(1, round((stop - begin) / (manner.beat_s / 2 * draw.uniform(1.0, 1.7))))
+    steps = draw.uniform(0.7, 1.3, halves)
+    if halves > 2 and draw.random() < manner.holds:
+        steps[int(draw.integers(halves))] *= 2.5
+    return begin + (stop - begin) * np.append(0.0, np.cumsum(steps) / steps.sum())
+
+
+def _stroke(hand: Hand, times: Floats, size: float, base: Floats) -> tuple[list[float], list[Floats]]:
+    """Return the keys of one hand's beats; a hand with a lag turns between the other's turning points."""
+    late = times.copy()
+    if len(times) > 2:
+        late[1:-1] += hand.lag * (times[2:] - times[1:-1])
+    away = np.zeros(8)
+    away[:3] = size * np.array(hand.beat)
+    return late.tolist(), [base + (away if turn % 2 else 0.0) for turn in range(len(times))]
+
+
+def _value(
+    hand: Hand, manner: Style, draw: np.random.Generator, spread: float, common: Floats | None = None
+) -> Floats:
+    """Return the key of one hand: its class's place in the actor's manner, with the variation of this one phrase."""
+    value = np.array([*hand.place, *hand.pole, hand.turn_deg, hand.bend_deg])
+    value[:3] += draw.normal(0.0, 0.02 * spread, 3)
+    value[3:6] += draw.normal(0.0, 0.10 * spread, 3)
+    value[6:] += draw.normal(0.0, 12.0 * spread, 2)
+    if hand is not AT_REST:
+        value[1] += manner.height_m
+        value[2] += manner.forward_m
+    if common is not None:
+        value[:3] += common if hand is not TOUCHING else common * (0.0, 1.0, 1.0)
+    return value

@@ -1,0 +1,53 @@
+"""What the cast says: Turkish sentences, written for this studio, rich in voiced sounds, one story a scenario."""
+
+SENTENCES = {
+    "memory": (
+        "Geçen yaz annemle deniz kenarında uzun uzun yürüdük.",
+        "Yağmur birden bire indi, ve biz bir ağacın altına girdik.",
+        "Babam arabayı yavaş yavaş limana doğru sürdü.",
+        "Orada yaşlı bir adam, elinde mandolin, bize gülümsedi.",
+        "Dünyanın en güzel ezgisini onun elinden dinledim.",
+        "Annem ağladı, ben de ağladım, ama neden bilmiyorum.",
+        "Eve dönünce büyük anneme olanı biteni anlattım.",
+        "O da bana gençliğinde gördüğü bir rüyayı anlattı.",
+        "Yıllar geçer, ama o günü hiç unutamam.",
+        "Ne zaman yağmur yağarsa, o melodi aklıma gelir.",
+    ),
+    "documentary": (
+        "Anadolu'nun yaylalarında bin bir renk çiçek vardır.",
+        "İlk baharda leylekler gelir, ve bacalara yuva yapar.",
+        "Nehir dağların arasından dolana dolana denize iner.",
+        "Ova yazın sararır, rüzgar başakları dalga dalga eğer.",
+        "Ormanın derinliğinde bir ayı, yavrularını balıkla doyurur.",
+        "Yılan uyanır, güneye bakan duvarın dibine uzanır.",
+        "Bu göl eskiden bir deniz idi, diyor bilim adamları.",
+        "Yüz binlerce yıl önce yanar dağlar burada lav döktü.",
+        "Gece olunca baykuşlar öter, kurbağalar ona yanıt verir.",
+        "Her canlı bir diğerine görünmez bağlarla bağlıdır.",
+    ),
+    "fairy_tale": (
+        "Bir varmış, bir yokmuş, uzak bir ülkede bir bey varmış.",
+        "Beyin üç oğlu, bir de ay yüzlü kızı varmış.",
+        "Günlerden bir gün, ormana giden oğlan geri gelmemiş.",
+        "Kız eline bir ayna almış, ve yola koyulmuş.",
+        "Aynanın içinde yaşayan dev, ona yolu göstermiş.",
+        "Dev demiş ki, yedi dağı aş, yedi ırmağı geç.",
+        "Yedinci dağın ardında altın elmalı bir bahçe görmüş.",
+        "Bir yılan, elmanın dibinde uyuyan oğlanı bekliyormuş.",
+        "Kız yılana yumuşacık bir ninni söylemiş, yılan uyumuş.",
+        "El ele verip eve dönmüşler, ve herkes bayram etmiş.",
+    ),
+    "watch_and_tell": (
+        "Bu resimde mavi bir ev, önünde de beyaz bir araba var.",
+        "Arabanın yanında duran kadın, galiba birini bekliyor.",
+        "Elinde büyük bir bavul, bavulun üzerinde yeşil bir mendil var.",
+        "Yolun öbür yanında bir oğlan, elini sallıyor.",
+        "Bana göre bu adam gülüyor, ama gözleri üzgün.",
+        "Videonun ilk bölümünde müzik yavaş, sonra hızlanıyor.",
+        "Ben olsam o merdivenden inmez, geri dönerdim.",
+        "Burada bir değirmen görüyorum, ama rüzgar yok gibi.",
+        "En beğendiğim yer, denizin üzerine ay doğduğu an.",
+        "Yani demem o ki, bu görüntü bana evimi anımsatıyor.",
+    ),
+}
+"""The scenarios of Özkul 2012, 3.2, that one person plays alone."""

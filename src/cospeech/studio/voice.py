@@ -1,0 +1,280 @@
+"""The voice: Praat's synthesiser speaks Turkish, and its words are made to carry the planted pitch and intensity.
+
+Words fill the stretches between pauses: as many as fit best, their tempo adjusted by overlap-add (PSOLA), which also
+puts the planted pitch in place of the synthesiser's own. Then a slow gain brings the sound to the planted intensity.
+Pauses hold the noise of the room, which lies under everything. What is unvoiced stays so: a consonant without voice
+has no pitch to carry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import parselmouth
+from parselmouth.praat import call
+
+from cospeech.errors import UserError
+from cospeech.segments import at_times, frame_times
+from cospeech.studio.cast import generator
+from cospeech.studio.patterns import PATTERNS, contour
+from cospeech.studio.sentences import SENTENCES
+
+Floats = npt.NDArray[np.float64]
+
+LANGUAGE = "Turkish"
+RATE_HZ = 16000
+WORDS_PER_MINUTE = 175
+LEVEL_DB = -31.0
+"""Intensity of a pattern at 0 dB, in decibels below full scale."""
+ROOM_DB = -60.0
+"""Noise of the room."""
+LOWEST_HZ, HIGHEST_HZ = 75.0, 350.0
+"""All planted pitch lies between these, where a speaker's is, and well inside what a tracker looks for."""
+TEMPO = (0.75, 1.35)
+"""How much words may be shortened or stretched to fit."""
+LONGEST_PERIOD_S = 0.02
+"""Praat takes neighbouring glottal pulses as voice up to this distance."""
+VOICE_RANGE_HZ = (55.0, 450.0)
+"""Where the synthesiser's own pitch is looked for."""
+WORD_TIER = 3
+"""Sentence, clause, word, phoneme: the tiers that Praat's synthesiser hands out."""
+PITCH_STEP_S = 0.005
+QUIETEST = 1e-7
+"""Least power of speech that is brought up: what is softer, the closure of a stop, stays soft."""
+CONTROL_S = 0.001
+"""Grid on which pitch and intensity are planted."""
+EDGE_S = 0.015
+GLIDE_S = 0.04
+SYLLABLE_S = 0.1
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Speech between two pauses: when it starts and ends, in seconds, and the words that fill it, (n,)."""
+
+    start_s: float
+    end_s: float
+    words: Floats
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is planted in one record on the grid of ``CONTROL_S``: pitch in Hz and intensity in dB, NaN in pauses."""
+
+    times_s: Floats
+    pitch_hz: Floats
+    intensity_db: Floats
+
+    def pitch_at(self, times_s: Floats) -> Floats:
+        """Return the planted pitch in Hz at ``times_s``."""
+        return np.interp(times_s, self.times_s, self.pitch_hz)
+
+    def intensity_at(self, times_s: Floats) -> Floats:
+        """Return the planted intensity in decibels re full scale at ``times_s``."""
+        return np.interp(times_s, self.times_s, self.intensity_db)
+
+    def part(self, start_s: float, end_s: float) -> Plan:
+        """Return the plan of one stretch of speech."""
+        here = (self.times_s >= start_s) & (self.times_s < end_s)
+        return Plan(self.times_s[here], self.pitch_hz[here], self.intensity_db[here])
+
+
+def speak(
+    record: str, prosody: pd.DataFrame, voice: str, scenario: str, frame_s: float, seed: int
+) -> tuple[Floats, pd.DataFrame]:
+    """Return the sound of one record, (n,) at 16 kHz, full scale 1, and what was planted in it.
+
+    Parameters
+    ----------
+    prosody : the intonation phrases of the record in the script.
+    voice : a voice variant of Praat's synthesiser.
+    scenario : which story is told, a key of ``sentences.SENTENCES``.
+
+    Returns
+    -------
+    The samples, and per prosody frame the planted lag 1 / F0 (null in pauses and unvoiced sounds), the planted
+    intensity in decibels re full scale, over a syllable, and the pattern (schema planted_prosody).
+
+    Raises
+    ------
+    UserError : where Praat knows no such voice.
+    """
+    duration_s = float(prosody["end_s"].iloc[-1])
+    frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
+    draw = generator(seed, "voice", record)
+    sound = np.zeros(round(duration_s * RATE_HZ))
+    lag_s, intensity_db = np.full(len(frames_s), np.nan), np.full(len(frames_s), ROOM_DB)
+    whole = plan(prosody, base_hz(voice))
+    for stretch in _stretches(prosody, _words(voice, scenario, draw)):
+        planted = whole.part(stretch.start_s, stretch.end_s)
+        first, last = round(stretch.start_s * RATE_HZ), round(stretch.end_s * RATE_HZ)
+        spoken, is_voiced = _with_pitch(stretch, planted, last - first)
+        sound[first:last] = _with_intensity(spoken, planted.intensity_at((np.arange(first, last) + 0.5) / RATE_HZ))
+        here = np.flatnonzero((frames_s >= stretch.start_s) & (frames_s < stretch.end_s))
+        intensity_db[here] = planted.intensity_at(frames_s[here])
+        here = here[is_voiced(frames_s[here])]
+        lag_s[here] = 1.0 / planted.pitch_at(frames_s[here])
+    sound += draw.normal(0.0, 10.0 ** (ROOM_DB / 20.0), len(sound))
+    patterns = prosody["label"].to_numpy(dtype=object)[at_times(prosody, frames_s)]
+    table = pd.DataFrame(
+        {
+            "frame": np.arange(len(frames_s)),
+            "time_s": frames_s,
+            "lag_s": lag_s,
+            "intensity_db": intensity_db,
+            "pattern": patterns.astype(str),
+        }
+    )
+    return np.clip(sound, -1.0, 1.0), table
+
+
+def plan(prosody: pd.DataFrame, base_hz: float) -> Plan:
+    """Return what is to be planted in a record whose speaker has this base pitch.
+
+    From one phrase to the next pitch and intensity glide within a few hundredths of a second, as a voice does.
+    """
+    times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / CONTROL_S), 1.0 / CONTROL_S)
+    row = at_times(prosody, times_s)
+    start_s, end_s = (prosody[name].to_numpy()[row] for name in ("start_s", "end_s"))
+    u = (times_s - start_s) / (end_s - start_s)
+    labels = prosody["label"].to_numpy(dtype=object)[row]
+    pitch_st, intensity_db = np.full(len(row), np.nan), np.full(len(row), np.nan)
+    for pattern in PATTERNS:
+        if pattern.speaks:
+            here = labels == pattern.name
+            pitch_st[here] = contour(pattern.pitch_st, u[here])
+            intensity_db[here] = LEVEL_DB + contour(pattern.intensity_db, u[here])
+    return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
+
+
+def _glide(values: Floats) -> Floats:
+    """Return a Hann-weighted running mean over ``GLIDE_S`` that does not reach across gaps (NaN)."""
+    window = np.hanning(round(GLIDE_S / CONTROL_S) + 3)[1:-1]
+    known = ~np.isnan(values)
+    weight = np.convolve(known, window, mode="same")
+    total = np.convolve(np.where(known, values, 0.0), window, mode="same")
+    return np.where(known, total / np.where(known, weight, 1.0), np.nan)
+
+
+def base_hz(voice: str) -> float:
+    """Return the base pitch of a voice: the median of its own, moved where a pattern would leave the range of speech.
+
+    Raises
+    ------
+    UserError : where Praat knows no such voice.
+    """
+    sound = _synthesised(_synthesiser(voice), SENTENCES["memory"][0])[1]
+    track = sound.to_pitch(pitch_floor=50.0, pitch_ceiling=500.0).selected_array["frequency"]
+    natural = float(np.median(track[track > 0]))
+    spoken = [value for pattern in PATTERNS for value in pattern.pitch_st]
+    lowest, highest = LOWEST_HZ * 2.0 ** (-min(spoken) / 12.0), HIGHEST_HZ * 2.0 ** (-max(spoken) / 12.0)
+    return round(min(max(natural, lowest), highest), 1)
+
+
+def _synthesiser(voice: str) -> parselmouth.Data:
+    try:
+        synthesiser = call("Create SpeechSynthesizer", LANGUAGE, voice)
+    except parselmouth.PraatError as error:
+        raise UserError(
+            f"config: studio.actors: Praat's synthesiser has no voice '{voice}'; take Female1 to Female5 or "
+            "Male1 to Male7"
+        ) from error
+    call(synthesiser, "Speech output settings", RATE_HZ, 0.01, 1.0, 1.0, WORDS_PER_MINUTE, "IPA")
+    return synthesiser
+
+
+def _synthesised(synthesiser: parselmouth.Data, text: str) -> tuple[parselmouth.TextGrid, parselmouth.Sound]:
+    grid, sound = call(synthesiser, "To Sound", text, "yes")
+    return grid, sound
+
+
+def _words(voice: str, scenario: str, draw: np.random.Generator) -> Iterator[Floats]:
+    """Yield the words of the story one after another, without its pauses, from a sentence on and for ever."""
+    synthesiser = _synthesiser(voice)
+    story = SENTENCES[scenario]
+    spoken: dict[int, list[Floats]] = {}
+    place = int(draw.integers(len(story)))
+    while True:
+        if place not in spoken:
+            spoken[place] = _cut(*_synthesised(synthesiser, story[place]))
+        yield from spoken[place]
+        place = (place + 1) % len(story)
+
+
+def _cut(grid: parselmouth.TextGrid, sound: parselmouth.Sound) -> list[Floats]:
+    """Return the samples of each word of a synthesised sentence."""
+    samples = sound.values[0]
+    words = []
+    for interval in range(1, call(grid, "Get number of intervals", WORD_TIER) + 1):
+        if call(grid, "Get label of interval", WORD_TIER, interval).strip():
+            start_s = call(grid, "Get start time of interval", WORD_TIER, interval)
+            end_s = call(grid, "Get end time of interval", WORD_TIER, interval)
+            words.append(samples[round(start_s * RATE_HZ) : round(end_s * RATE_HZ)])
+    return words
+
+
+def _stretches(prosody: pd.DataFrame, words: Iterator[Floats]) -> Iterator[Stretch]:
+    """Yield the stretches of speech between pauses, each with the number of words that fits it best."""
+    silent = [pattern.name for pattern in PATTERNS if not pattern.speaks]
+    speaks = ~prosody["label"].isin(silent).to_numpy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], speaks.astype(int), [0]])))
+    for first, after in edges.reshape(-1, 2):
+        start_s, end_s = float(prosody["start_s"].iloc[first]), float(prosody["end_s"].iloc[after - 1])
+        room = (end_s - start_s) * RATE_HZ
+        chosen = [next(words)]
+        # One more while there is room for more than half a word.
+        while sum(map(len, chosen)) + len(chosen[-1]) / 2 < room:
+            chosen.append(next(words))
+        yield Stretch(start_s, end_s, np.concatenate(chosen))
+
+
+def _with_pitch(
+    stretch: Stretch, planted: Plan, length: int
+) -> tuple[Floats, Callable[[Floats], npt.NDArray[np.bool_]]]:
+    """Return the words of a stretch at its length and with its pitch, (length,), and what tells voiced times."""
+    tempo = float(np.clip(length / len(stretch.words), *TEMPO))
+    words = parselmouth.Sound(stretch.words, RATE_HZ)
+    manipulation = call(words, "To Manipulation", 0.01, *VOICE_RANGE_HZ)
+    pulses_s = call(call(manipulation, "Extract pulses"), "To Matrix").values[0]
+    call([manipulation, _pitch_tier(stretch, planted, tempo, words.duration)], "Replace pitch tier")
+    duration = call("Create DurationTier", "tempo", 0.0, words.duration)
+    call(duration, "Add point", 0.0, tempo)
+    call([manipulation, duration], "Replace duration tier")
+    spoken = call(manipulation, "Get resynthesis (overlap-add)").values[0]
+
+    def is_voiced(times_s: Floats) -> npt.NDArray[np.bool_]:
+        edges = np.concatenate([[-np.inf], pulses_s, [np.inf]])
+        after = np.searchsorted(edges, (times_s - stretch.start_s) / tempo, side="right")
+        return edges[after] - edges[after - 1] <= LONGEST_PERIOD_S
+
+    return np.pad(spoken, (0, max(0, length - len(spoken))))[:length], is_voiced
+
+
+def _pitch_tier(stretch: Stretch, planted: Plan, tempo: float, duration_s: float) -> parselmouth.Data:
+    """Return the planted pitch as Praat's tier over the words before their tempo changes."""
+    steps = max(1, int(duration_s / PITCH_STEP_S))
+    source_s: Floats = (np.arange(steps) + 0.5) * PITCH_STEP_S
+    course = parselmouth.Sound(planted.pitch_at(stretch.start_s + source_s * tempo), 1.0 / PITCH_STEP_S)
+    return call(call(call(course, "Down to Matrix"), "To Pitch"), "Down to PitchTier")
+
+
+def _with_intensity(spoken: Floats, intensity_db: Floats) -> Floats:
+    """Return the speech with its slow level, that of a syllable, brought to the planted one, and soft edges."""
+    width = round(SYLLABLE_S * RATE_HZ)
+    power = _running_mean(_running_mean(spoken**2, width // 2), width // 2)
+    own_db = 10.0 * np.log10(np.maximum(power, QUIETEST))
+    place = np.arange(len(spoken))
+    edge = np.clip((np.minimum(place, place[::-1]) + 1) / (EDGE_S * RATE_HZ), 0.0, 1.0)
+    return spoken * 10.0 ** ((intensity_db - own_db) / 20.0) * (0.5 - 0.5 * np.cos(np.pi * edge))
+
+
+def _running_mean(values: Floats, width: int) -> Floats:
+    """Return the mean of the ``width`` values around each, or of those that exist near the ends."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    place = np.arange(len(values))
+    first, last = np.maximum(place - width // 2, 0), np.minimum(place + width - width // 2, len(values))
+    return (total[last] - total[first]) / (last - first)
