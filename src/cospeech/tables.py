@@ -251,7 +251,7 @@ def _digest(arrow: pa.Table, metadata: dict[str, str]) -> str:
     digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
     for name, column in zip(arrow.column_names, arrow.columns, strict=True):
         digest.update(name.encode(errors="replace"))
-        if pa.types.is_string(column.type):
+        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # arrays of objects where null
             digest.update(repr(column.to_pylist()).encode())
         else:
             digest.update(column.to_numpy().tobytes())
