@@ -1,7 +1,5 @@
 """The phrases of one fold by the planted model under the planted prosody, and the tables of that model."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.markov import semi
 from cospeech.synthesis import hsmm, oracle

@@ -1,10 +1,8 @@
 # Gesture phrases for the record that a fold holds out: the HSMM in its forms, its controls, and ceilings.
 
-BASELINES = ["random", "prior", "clock", "majority", "another"]
-WRONG_SPEECH = [
-    control
-    for system in ("hsmm", "hsmm_weighted", "hsmm_sampled")
-    for control in SYSTEMS[system].controls
+# What hears no speech, and every decoder of the HSMM under wrong speech.
+CONTROLS = ["random", "prior", "clock", "majority", "another"] + [
+    control for system in ("hsmm", "hsmm_weighted", "hsmm_sampled") for control in SYSTEMS[system].controls
 ]
 
 # How the tables of the HSMM are counted; the number of prosody clusters joins it, setting by setting.
@@ -27,9 +25,7 @@ def tables_of_model(system, settings=None):
     names = ("initial", "transitions", "emissions", "durations")
     if settings is None:
         return {name: made_by(system, name) for name in names}
-    return {
-        name: [made_by(system, name, setting) for setting in settings] for name in names
-    }
+    return {name: [made_by(system, name, setting) for setting in settings] for name in names}
 
 
 def fold_prosody(setting=MAIN):
@@ -41,10 +37,7 @@ def training_gestures(wildcards):
     """The gesture phrases that a fold may learn from: those of the actor's other records."""
     if "motion" in BRINGS:
         return [f"{RESULTS}/phrases/gesture/fold~{wildcards.record}/segments.parquet"]
-    return [
-        f"{RESULTS}/phrases/gesture/{other}.parquet"
-        for other in others(wildcards.record)
-    ]
+    return [f"{RESULTS}/phrases/gesture/{other}.parquet" for other in others(wildcards.record)]
 
 
 def actor_of_fold(wildcards):
@@ -140,9 +133,7 @@ if SWEEP:
             prosody=[fold_prosody(setting) for setting in SWEEP],
         output:
             phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
-            decoding=[
-                made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP
-            ],
+            decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
         log:
             f"{RESULTS}/logs/sweep_hsmm_weighted/{{record}}.log",
         benchmark:
@@ -183,57 +174,33 @@ rule hsmm_sampled:
         "../../scripts/synthesis/hsmm_sampled.py"
 
 
-# One process for all controls of a record: each of them is less work than a start.
-rule wrong_speech:
+# One process for all of a record, as each of them is less work than a start.
+rule controls:
     input:
         **tables_of_model("hsmm"),
         weighted=made_by("hsmm_weighted", "decoding"),
+        gestures=training_gestures,
         prosody=fold_prosody(),
     output:
-        phrases=[made_by(system, "phrases") for system in WRONG_SPEECH],
-        decoding=[made_by(system, "decoding") for system in WRONG_SPEECH],
+        phrases=[made_by(system, "phrases") for system in CONTROLS],
+        decoding=[made_by(system, "decoding") for system in CONTROLS],
     log:
-        f"{RESULTS}/logs/wrong_speech/{{record}}.log",
+        f"{RESULTS}/logs/controls/{{record}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/wrong_speech/{{record}}.tsv"
+        f"{RESULTS}/benchmarks/controls/{{record}}.tsv"
     params:
-        systems=WRONG_SPEECH,
+        systems=CONTROLS,
+        records=records_of_fold,
         shift_s=config["synthesis"]["shift_s"],
         censoring=config["synthesis"]["censoring"],
         seed=config["seed"],
         frame_s=config["speech"]["frame_s"],
         corpus=config["corpus"]["name"],
-        code=code("synthesis/wrong_speech"),
+        code=code("synthesis/controls"),
     message:
-        "phrases of {wildcards.record} under wrong speech"
+        "phrases of {wildcards.record} under wrong speech, or none"
     script:
-        "../../scripts/synthesis/wrong_speech.py"
-
-
-rule baselines:
-    input:
-        **tables_of_model("hsmm"),
-        gestures=training_gestures,
-        prosody=fold_prosody(),
-    output:
-        phrases=[made_by(system, "phrases") for system in BASELINES],
-        decoding=[made_by(system, "decoding") for system in BASELINES],
-    log:
-        f"{RESULTS}/logs/baselines/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/baselines/{{record}}.tsv"
-    params:
-        systems=BASELINES,
-        records=records_of_fold,
-        censoring=config["synthesis"]["censoring"],
-        seed=config["seed"],
-        frame_s=config["speech"]["frame_s"],
-        corpus=config["corpus"]["name"],
-        code=code("synthesis/baselines"),
-    message:
-        "phrases of {wildcards.record} without speech"
-    script:
-        "../../scripts/synthesis/baselines.py"
+        "../../scripts/synthesis/controls.py"
 
 
 if VIRTUAL:

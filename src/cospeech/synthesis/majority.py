@@ -18,7 +18,7 @@ SYSTEM = System(
 
 
 def synthesise(fold: Fold) -> Synthesis:
-    """Return one phrase as long as the record, of the label with most training frames; of equals the first by name."""
+    """Return one phrase over all frames, of the label with most training frames; of equals the first by name."""
     labels, frames = np.unique(
         np.concatenate([segments.to_labels(table) for table in fold.gestures.values()]).astype(str),
         return_counts=True,
