@@ -88,7 +88,9 @@ rule studio_features:
     benchmark:
         f"{RESULTS}/benchmarks/studio_features/{{record}}.tsv"
     params:
+        voice=voice_of,
         frame_s=config["speech"]["frame_s"],
+        voiced_gain=config["speech"]["voiced_gain"],
         seed=config["seed"],
         corpus=config["corpus"]["name"],
         code=code("studio/studio_features"),

@@ -20,7 +20,8 @@ from parselmouth.praat import call
 from cospeech.errors import UserError
 from cospeech.segments import at_times, frame_times
 from cospeech.studio.cast import generator
-from cospeech.studio.patterns import PATTERNS, contour
+from cospeech.studio.melody import ROOM_DB, Plan, plan
+from cospeech.studio.patterns import PATTERNS
 from cospeech.studio.sentences import SENTENCES
 
 Floats = npt.NDArray[np.float64]
@@ -28,10 +29,6 @@ Floats = npt.NDArray[np.float64]
 LANGUAGE = "Turkish"
 RATE_HZ = 16000
 WORDS_PER_MINUTE = 175
-LEVEL_DB = -31.0
-"""Intensity of a pattern at 0 dB, in decibels below full scale."""
-ROOM_DB = -60.0
-"""Noise of the room."""
 LOWEST_HZ, HIGHEST_HZ = 75.0, 350.0
 """All planted pitch lies between these, where a speaker's is, and well inside what a tracker looks for."""
 TEMPO = (0.75, 1.35)
@@ -45,10 +42,7 @@ WORD_TIER = 3
 PITCH_STEP_S = 0.005
 QUIETEST = 1e-7
 """Least power of speech that is brought up: what is softer, the closure of a stop, stays soft."""
-CONTROL_S = 0.001
-"""Grid on which pitch and intensity are planted."""
 EDGE_S = 0.015
-GLIDE_S = 0.04
 SYLLABLE_S = 0.1
 
 
@@ -59,28 +53,6 @@ class Stretch:
     start_s: float
     end_s: float
     words: Floats
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is planted in one record on the grid of ``CONTROL_S``: pitch in Hz and intensity in dB, NaN in pauses."""
-
-    times_s: Floats
-    pitch_hz: Floats
-    intensity_db: Floats
-
-    def pitch_at(self, times_s: Floats) -> Floats:
-        """Return the planted pitch in Hz at ``times_s``."""
-        return np.interp(times_s, self.times_s, self.pitch_hz)
-
-    def intensity_at(self, times_s: Floats) -> Floats:
-        """Return the planted intensity in decibels re full scale at ``times_s``."""
-        return np.interp(times_s, self.times_s, self.intensity_db)
-
-    def part(self, start_s: float, end_s: float) -> Plan:
-        """Return the plan of one stretch of speech."""
-        here = (self.times_s >= start_s) & (self.times_s < end_s)
-        return Plan(self.times_s[here], self.pitch_hz[here], self.intensity_db[here])
 
 
 def speak(
@@ -130,34 +102,6 @@ def speak(
         }
     )
     return np.clip(sound, -1.0, 1.0), table
-
-
-def plan(prosody: pd.DataFrame, base_hz: float) -> Plan:
-    """Return what is to be planted in a record whose speaker has this base pitch.
-
-    From one phrase to the next pitch and intensity glide within a few hundredths of a second, as a voice does.
-    """
-    times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / CONTROL_S), 1.0 / CONTROL_S)
-    row = at_times(prosody, times_s)
-    start_s, end_s = (prosody[name].to_numpy()[row] for name in ("start_s", "end_s"))
-    u = (times_s - start_s) / (end_s - start_s)
-    labels = prosody["label"].to_numpy(dtype=object)[row]
-    pitch_st, intensity_db = np.full(len(row), np.nan), np.full(len(row), np.nan)
-    for pattern in PATTERNS:
-        if pattern.speaks:
-            here = labels == pattern.name
-            pitch_st[here] = contour(pattern.pitch_st, u[here])
-            intensity_db[here] = LEVEL_DB + contour(pattern.intensity_db, u[here])
-    return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
-
-
-def _glide(values: Floats) -> Floats:
-    """Return a Hann-weighted running mean over ``GLIDE_S`` that does not reach across gaps (NaN)."""
-    window = np.hanning(round(GLIDE_S / CONTROL_S) + 3)[1:-1]
-    known = ~np.isnan(values)
-    weight = np.convolve(known, window, mode="same")
-    total = np.convolve(np.where(known, values, 0.0), window, mode="same")
-    return np.where(known, total / np.where(known, weight, 1.0), np.nan)
 
 
 def base_hz(voice: str) -> float:
@@ -257,7 +201,7 @@ def _with_pitch(
 def _pitch_tier(stretch: Stretch, planted: Plan, tempo: float, duration_s: float) -> parselmouth.Data:
     """Return the planted pitch as Praat's tier over the words before their tempo changes."""
     steps = max(1, int(duration_s / PITCH_STEP_S))
-    source_s: Floats = (np.arange(steps) + 0.5) * PITCH_STEP_S
+    source_s = frame_times(steps, 1.0 / PITCH_STEP_S)
     course = parselmouth.Sound(planted.pitch_at(stretch.start_s + source_s * tempo), 1.0 / PITCH_STEP_S)
     return call(call(call(course, "Down to Matrix"), "To Pitch"), "Down to PitchTier")
 

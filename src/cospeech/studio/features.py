@@ -1,0 +1,112 @@
+"""Prosody features without sound: what the sound would have given, for hours of it in seconds.
+
+The planted course of pitch and intensity is taken as it is; what a voice and an analysis window add was measured
+on the studio's own sound (eight records of 60 s, two voices, frames of 25 ms in windows of 50 ms) and is drawn here:
+
+- 87 % of the spoken frames are voiced, in runs of 19 frames parted by runs of 2.5 frames;
+- log energy lies 0.19 below the plan in voiced frames and 0.66 in unvoiced ones, with deviations of 0.39 and 0.58 and
+  a correlation of 0.37 from frame to frame; a frame beside a pause shares a quarter of its window with it;
+- the best lag of a voiced frame is the planted one within 0.18 semitones, but anywhere in 1.5 % of the frames, and
+  anywhere in frames without voice;
+- the gain of a voiced frame is up to 1 less the share of the window that its lag takes, of an unvoiced one about 0.3,
+  of a pause about 0.09.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.segments import frame_times
+from cospeech.studio.cast import generator
+from cospeech.studio.melody import ROOM_DB, course
+
+Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+WINDOW_S = 0.05
+"""The analysis window that the figures were measured with."""
+
+VOICED_RUN, UNVOICED_RUN = 19.0, 2.5
+ENERGY_BELOW = {"voiced": (0.19, 0.39), "unvoiced": (0.66, 0.58), "pause": (0.0, 0.06)}
+ENERGY_MEMORY = 0.37
+LAG_SPREAD_ST = 0.18
+STRAY_LAGS = 0.015
+
+SHARES = np.array([0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0])
+ANY_LAG_S = np.array([0.0025, 0.0029, 0.0047, 0.0074, 0.0111, 0.0154, 0.0166])
+VOICED_GAIN = np.array([0.25, 0.53, 0.79, 0.89, 0.945, 0.994, 1.0])
+UNVOICED_GAIN = np.array([0.06, 0.11, 0.16, 0.26, 0.39, 0.62, 0.80])
+PAUSE_GAIN = np.array([0.05, 0.07, 0.08, 0.09, 0.10, 0.12, 0.20])
+"""Measured quantiles at ``SHARES``."""
+
+
+def features(
+    record: str, prosody: pd.DataFrame, base_hz: float, frame_s: float, voiced_gain: float, seed: int
+) -> pd.DataFrame:
+    """Return the prosody features (schema prosody) of one record.
+
+    Parameters
+    ----------
+    prosody : the intonation phrases of the record in the script.
+    base_hz : base pitch of the speaker.
+    voiced_gain : gain above which a frame counts for the mean lag (Özkul 2012, 4.2).
+    """
+    draw = generator(seed, "features", record)
+    n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
+    times_s = frame_times(n_frames, 1.0 / frame_s)
+    pitch_st, intensity_db = course(prosody, times_s)
+    speaks = ~np.isnan(pitch_st)
+    voiced = speaks & _voicing(n_frames, draw)
+    planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
+    intensity_log = _energy(intensity_db, speaks, voiced, draw)
+    lag_s = _lag(planted_lag_s, voiced, draw)
+    gain = _gain(lag_s, speaks, voiced, draw)
+    named = {
+        "intensity": (intensity_log - intensity_log.mean()) / intensity_log.std(),
+        "pitch_lag": lag_s - lag_s[gain > voiced_gain].mean(),
+        "pitch_gain": gain,
+    }
+    derivatives = {f"d_{name}": np.diff(values, prepend=values[0]) for name, values in named.items()}
+    columns = {"frame": np.arange(n_frames), "time_s": times_s, **named, **derivatives}
+    return pd.DataFrame(columns | {"intensity_log": intensity_log, "lag_s": lag_s})
+
+
+def _voicing(n_frames: int, draw: np.random.Generator) -> Flags:
+    """Return whether a speaking frame would be voiced, (T,): runs of geometric length in turn."""
+    pairs = int(1.5 * n_frames / (VOICED_RUN + UNVOICED_RUN)) + 50
+    runs = np.column_stack([draw.geometric(1.0 / VOICED_RUN, pairs), draw.geometric(1.0 / UNVOICED_RUN, pairs)])
+    flags = np.repeat(np.tile([True, False], pairs), runs.ravel())
+    return np.resize(flags, n_frames)
+
+
+def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+    room = 10.0 ** (ROOM_DB / 10.0)
+    power = np.where(speaks, 10.0 ** (np.where(speaks, intensity_db, 0.0) / 10.0), 0.0) + room
+    seen = np.convolve(np.pad(power, 1, mode="edge"), (0.25, 0.5, 0.25), mode="valid")
+    below, spread = (
+        np.select(
+            [voiced, speaks], [ENERGY_BELOW["voiced"][k], ENERGY_BELOW["unvoiced"][k]], ENERGY_BELOW["pause"][k]
+        )
+        for k in (0, 1)
+    )
+    memory = ENERGY_MEMORY ** np.arange(10)
+    noise = np.convolve(draw.normal(size=len(power) + 9), memory, mode="valid") / np.sqrt((memory**2).sum())
+    return np.log(seen) - below + spread * noise
+
+
+def _lag(planted_lag_s: Floats, voiced: Flags, draw: np.random.Generator) -> Floats:
+    anywhere = ~voiced | (draw.random(len(voiced)) < STRAY_LAGS)
+    near = planted_lag_s * 2.0 ** (draw.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
+    return np.where(anywhere, np.interp(draw.random(len(voiced)), SHARES, ANY_LAG_S), near)
+
+
+def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+    share = draw.random(len(lag_s))
+    voice = np.interp(share, SHARES, VOICED_GAIN) * (1.0 - lag_s / WINDOW_S)
+    return np.select(
+        [voiced, speaks],
+        [voice, np.interp(share, SHARES, UNVOICED_GAIN)],
+        np.interp(share, SHARES, PAUSE_GAIN),
+    )
