@@ -1,0 +1,15 @@
+"""The gesture phrases of one record as ELAN and Praat files, for a person to correct and hand back."""
+
+import os
+from pathlib import Path
+
+from cospeech import job
+from cospeech.corpus import annotations, elan, praat
+
+with job.run(snakemake) as work:
+    segments = work.read(work.input.phrases, "segments")
+    spans, duration_s = annotations.spans_of(segments), float(segments["end_s"].iloc[-1])
+    audio = work.input.get("audio")
+    media = Path(os.path.relpath(audio, Path(work.output.eaf).parent)).as_posix() if audio else None
+    elan.write(work.output.eaf, annotations.TIER, spans, work.params["labels"], media)
+    praat.write(work.output.textgrid, annotations.TIER, spans, duration_s)

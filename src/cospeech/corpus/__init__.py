@@ -1,0 +1,1 @@
+"""Corpus: adapters through which recordings of any making enter as our tables, and labels go out and come back."""

@@ -1,0 +1,109 @@
+# Recordings of any making become our tables, and labelled examples go out for correction and come back.
+
+DELIVERED = {
+    **(
+        {"motion": f"{RESULTS}/motion/{{record}}.parquet"}
+        if "motion" in BRINGS
+        else {"gestures": f"{RESULTS}/phrases/gesture/{{record}}.parquet"}
+    ),
+    **(
+        {"audio": f"{RESULTS}/corpus/audio/{{record}}.wav"}
+        if "audio" in BRINGS
+        else {"prosody": f"{RESULTS}/speech/{{record}}/prosody.parquet"}
+    ),
+}
+
+
+def given_record(wildcards):
+    """The record as the configuration lists it."""
+    return RECORDS[wildcards.record]
+
+
+def files_of(wildcards):
+    """The files that a record is made of; the studio's examples are planted."""
+    record = given_record(wildcards)
+    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind]}
+    return files | ({"planted": f"{RESULTS}/corpus/truth/annotations.parquet"} if VIRTUAL else {})
+
+
+rule record:
+    input:
+        unpack(files_of),
+    output:
+        **DELIVERED,
+        record=f"{RESULTS}/corpus/records/{{record}}.parquet",
+        annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+    log:
+        f"{RESULTS}/logs/record/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/record/{{record}}.tsv"
+    params:
+        record=given_record,
+        motion=config["corpus"]["motion"],
+        length_tolerance_s=config["corpus"]["length_tolerance_s"],
+        labels=config["phrases"]["gesture"]["labels"],
+        first_examples=config["phrases"]["gesture"]["first_examples"],
+        frame_s=config["speech"]["frame_s"],
+        corpus=config["corpus"]["name"],
+        code=code("corpus/record"),
+    message:
+        "record {wildcards.record} enters"
+    script:
+        "../../scripts/corpus/record.py"
+
+
+rule records:
+    input:
+        records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
+    output:
+        records=f"{RESULTS}/corpus/records.parquet",
+    log:
+        f"{RESULTS}/logs/records.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/records.tsv"
+    params:
+        corpus=config["corpus"]["name"],
+        code=code("corpus/records"),
+    message:
+        "the record sheet"
+    script:
+        "../../scripts/corpus/records.py"
+
+
+rule annotations:
+    input:
+        annotations=expand(f"{RESULTS}/corpus/annotations/{{record}}.parquet", record=RECORDS),
+    output:
+        annotations=f"{RESULTS}/corpus/annotations.parquet",
+    log:
+        f"{RESULTS}/logs/annotations.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/annotations.tsv"
+    params:
+        corpus=config["corpus"]["name"],
+        code=code("corpus/annotations"),
+    message:
+        "the labelled examples"
+    script:
+        "../../scripts/corpus/annotations.py"
+
+
+rule export_annotations:
+    input:
+        **{kind: path for kind, path in DELIVERED.items() if kind == "audio"},
+        phrases=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+    output:
+        eaf=f"{RESULTS}/annotations/{{record}}.eaf",
+        textgrid=f"{RESULTS}/annotations/{{record}}.TextGrid",
+    log:
+        f"{RESULTS}/logs/export_annotations/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/export_annotations/{{record}}.tsv"
+    params:
+        labels=config["phrases"]["gesture"]["labels"],
+        corpus=config["corpus"]["name"],
+        code=code("corpus/export_annotations"),
+    message:
+        "gesture phrases of {wildcards.record} for ELAN and Praat"
+    script:
+        "../../scripts/corpus/export_annotations.py"
