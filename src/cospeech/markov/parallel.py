@@ -8,14 +8,15 @@ in any state. One pass through a branch is one segment. Densities are Gaussian w
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from cospeech.errors import UserError
-from cospeech.markov import parallel_kernels as kernels
-from cospeech.markov.parallel_kernels import FREE, MUST, NEVER
+from cospeech.markov import parallel_exact, parallel_scaled, parallel_viterbi
+from cospeech.markov.parallel_density import CHUNK
+from cospeech.markov.parallel_scaled import FREE, MUST, NEVER
 
 __all__ = ["FREE", "MUST", "NEVER", "Clamp", "Counts", "ParallelHMM", "Path"]
 
@@ -49,7 +50,12 @@ class Clamp(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """Expected counts of an E-step, place by place: state s = n * M + m is place n of branch m."""
+    """Expected counts of an E-step; state s = n * M + m is place n of branch m.
+
+    ``entered`` (M,) segments of each branch; ``occupied``, ``stayed``, ``left`` (S,) frames in each state, and
+    transitions to itself and away from it; ``first``, ``second`` (D, S) sums over the state's frames of the features
+    less ``pivot`` (D,), and of their squares.
+    """
 
     log_likelihood: float
     entered: Floats
@@ -91,15 +97,27 @@ def _by_branch(values: Floats, n_branches: int) -> Floats:
     return np.ascontiguousarray(np.swapaxes(values.reshape(-1, n_branches, *values.shape[1:]), 0, 1))
 
 
-def _transitions(model: ParallelHMM) -> tuple[Floats, Floats, Floats]:
-    with np.errstate(divide="ignore"):
-        return np.log(model.entry), np.log(_flat(model.stay)), np.log1p(-_flat(model.stay))
+class Packed(NamedTuple):
+    """The parameters as the kernels take them: state s = n * M + m is place n of branch m; densities in log2."""
+
+    entry: Floats
+    stay: Floats
+    leave: Floats
+    weight: Floats
+    shift: Floats
+    constant: Floats
+    pivot: Floats
 
 
-def _densities(model: ParallelHMM) -> tuple[Floats, Floats, Floats]:
-    variance = _flat(model.variance)
-    weight = np.sqrt(0.5 / variance)
-    return weight, _flat(model.mean) * weight, -0.5 * np.log(2 * np.pi * variance).sum(axis=1)
+def _packed(model: ParallelHMM) -> Packed:
+    n_features = model.mean.shape[-1]
+    pivot = model.mean.reshape(-1, n_features).mean(axis=0)
+    variance, stay = _flat(model.variance), _flat(model.stay)
+    weight = np.sqrt(0.5 / np.log(2.0) / variance)
+    shift = (_flat(model.mean) - pivot) * weight
+    padding = ((0, 0), (0, -n_features % CHUNK))
+    constant = -0.5 * np.log2(2 * np.pi * variance).sum(axis=1)
+    return Packed(model.entry, stay, 1.0 - stay, np.pad(weight, padding), np.pad(shift, padding), constant, pivot)
 
 
 def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
@@ -108,8 +126,7 @@ def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | N
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
     """Return log P(frames | model) of one sequence (T, D), over the paths that ``clamp`` admits."""
-    allowed, cuts = clamp or unclamped(len(model.entry))
-    return float(kernels.log_likelihood(frames, allowed, cuts, *_transitions(model), *_densities(model)))
+    return _expect_one(_packed(model), frames, clamp or unclamped(len(model.entry))).log_likelihood
 
 
 def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None = None) -> Counts:
@@ -119,21 +136,34 @@ def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | No
     ------
     UserError : where the clamp of a sequence admits no path.
     """
-    n_branches, n_places, n_features = model.mean.shape
-    n_states = n_branches * n_places
-    pivot = model.mean.reshape(-1, n_features).mean(axis=0)
-    sums = (
-        np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
-        np.zeros((n_states, n_features)), np.zeros((n_states, n_features)),
-    )  # fmt: skip
-    parameters = (*_transitions(model), *_densities(model))
-    total = 0.0
+    packed = _packed(model)
+    total: Counts | None = None
     for index, (frames, clamp) in enumerate(zip(sequences, _clamps(model, sequences, clamps), strict=True)):
-        found = kernels.expect(frames, *clamp, *parameters, pivot, *sums)
-        if found == -np.inf:
+        counts = _expect_one(packed, frames, clamp)
+        if counts.log_likelihood == -np.inf:
             raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
-        total += found
-    return Counts(total, *sums, pivot)
+        total = counts if total is None else _sum(total, counts)
+    assert total is not None  # there is no model without a sequence
+    return total
+
+
+def _sum(one: Counts, other: Counts) -> Counts:
+    pairs: list[tuple[Any, Any]] = list(zip(one, other, strict=True))
+    return Counts._make(a + b for a, b in pairs)._replace(pivot=one.pivot)
+
+
+def _expect_one(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
+    """Return the expected counts of one sequence: in scaled probabilities or, if these are unsure, in logarithms."""
+    n_branches, n_states, n_features = len(packed.entry), len(packed.stay), len(packed.pivot)
+    for kernel in (parallel_scaled.expect, parallel_exact.expect):
+        counts = (
+            np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
+            np.zeros((n_features, n_states)), np.zeros((n_features, n_states)),
+        )  # fmt: skip
+        found = kernel(frames, *clamp, *packed, *counts)
+        if not np.isnan(found):
+            break
+    return Counts(found * np.log(2.0), *counts, packed.pivot)
 
 
 def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
@@ -145,9 +175,9 @@ def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
     n_branches = len(model.entry)
     moves = counts.stayed + counts.left
     occupied, moved = counts.occupied > LEAST_OCCUPANCY, moves > LEAST_OCCUPANCY
-    frames = np.where(occupied, counts.occupied, 1.0)[:, None]
-    shift = counts.first / frames
-    variance = np.maximum(counts.second / frames - shift**2, floor)
+    frames = np.where(occupied, counts.occupied, 1.0)
+    shift = (counts.first / frames).T
+    variance = np.maximum((counts.second / frames).T - shift**2, floor)
     stay = np.clip(counts.stayed / np.where(moved, moves, 1.0), LEAST_STAY, MOST_STAY)
     seen = occupied[:, None]
     return ParallelHMM(
@@ -207,7 +237,7 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
     """
     allowed, cuts = clamp or unclamped(len(model.entry))
     branch, begins = np.empty(len(frames), dtype=np.int64), np.empty(len(frames), dtype=bool)
-    score = kernels.viterbi(frames, allowed, cuts, *_transitions(model), *_densities(model), branch, begins)
+    score = parallel_viterbi.decode(frames, allowed, cuts, *_packed(model), branch, begins) * np.log(2.0)
     if score == -np.inf:
         raise UserError(f"a sequence of {len(frames)} frames: no path through the model keeps its clamps")
     return Path(branch, begins, float(score))
@@ -216,14 +246,12 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
 def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArray[np.bool_]) -> Floats:
     """Return log P(segment | branch) of every segment of one sequence under every branch alone, shape (L, M)."""
     starts = np.append(np.flatnonzero(begins), len(frames))
-    _, log_stay, log_leave = _transitions(model)
-    densities = _densities(model)
-    return np.array(
-        [
-            kernels.branch_log_likelihoods(frames[start:end], len(model.entry), log_stay, log_leave, *densities)
-            for start, end in pairwise(starts)
-        ]
-    )
+    n_branches, packed = len(model.entry), _packed(model)
+    found = [
+        parallel_exact.branch_likelihoods(frames[start:end], n_branches, *packed[1:])
+        for start, end in pairwise(starts)
+    ]
+    return np.array(found)
 
 
 def alpha(log_likelihood: float, n_frames: int) -> float:

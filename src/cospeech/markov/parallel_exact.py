@@ -1,0 +1,173 @@
+"""Compiled expectation of the parallel HMM in logarithms: exact whatever the range of the densities, and slow.
+
+The way out where ``parallel_scaled`` is not sure; its conventions and arguments hold here too.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from cospeech.markov.parallel_density import BLOCK, Bool, Float
+from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
+
+IMPOSSIBLE = -math.inf
+LOG_2 = math.log(2.0)
+
+
+@numba.njit(cache=True)
+def log_add(a: float, b: float) -> float:
+    """Return log(exp(a) + exp(b))."""
+    low, high = min(a, b), max(a, b)
+    return high if low == IMPOSSIBLE else high + math.log1p(math.exp(low - high))
+
+
+@numba.njit(cache=True)
+def log_sum(a: Float, b: Float) -> float:
+    """Return the logarithm of the sum of exp(a + b) over two vectors."""
+    high = IMPOSSIBLE
+    for i in range(len(a)):
+        high = max(high, a[i] + b[i])
+    if high == IMPOSSIBLE:
+        return high
+    total = 0.0
+    for i in range(len(a)):
+        total += math.exp(a[i] + b[i] - high)
+    return high + math.log(total)
+
+
+@numba.njit(cache=True)
+def log_densities(
+    frame: Float, allowed: Bool, weight: Float, shift: Float, constant: Float, pivot: Float, density: Float
+) -> None:
+    """Fill ``density`` (S,) with the natural log-density of one frame (D,); ``allowed`` is (M,), or (0,) for all."""
+    for s in range(len(constant)):
+        total = 0.0
+        for d in range(len(frame)):
+            y = (frame[d] - pivot[d]) * weight[s, d] - shift[s, d]
+            total += y * y
+        density[s] = (constant[s] - total) * LOG_2
+        if len(allowed) > 0 and not allowed[s % len(allowed)]:
+            density[s] = IMPOSSIBLE
+
+
+@numba.njit(cache=True)
+def _forward(
+    t: int, alpha: Float, density: Float, cut: int, entry: Float, stay: Float, leave: Float, after: Float
+) -> float:
+    """Fill ``after`` (S,) from ``alpha`` (S,) one frame earlier; return the shared node between the two."""
+    n_branches = len(entry)
+    node = 0.0 if t == 0 else IMPOSSIBLE if cut == NEVER else log_sum(alpha[-n_branches:], leave[-n_branches:])
+    within = t > 0 and cut != MUST
+    for s in range(len(stay)):
+        value = alpha[s] + stay[s] if within else IMPOSSIBLE
+        if s < n_branches:
+            value = log_add(value, node + entry[s])
+        elif within:
+            value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
+        after[s] = value + density[s]
+    return node
+
+
+@numba.njit(cache=True)
+def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, beta: Float) -> None:
+    """Fill ``beta`` (S,) of one frame from ``follow`` (S,), density and backward probability of the next."""
+    n_branches, n_states = len(entry), len(stay)
+    node = IMPOSSIBLE if cut == NEVER else log_sum(follow[:n_branches], entry)
+    for s in range(n_states):
+        value = IMPOSSIBLE if cut == MUST else stay[s] + follow[s]
+        if s >= n_states - n_branches:
+            value = log_add(value, leave[s] + node)
+        elif cut != MUST:
+            value = log_add(value, leave[s] + follow[s + n_branches])
+        beta[s] = value
+
+
+@numba.njit(cache=True)
+def expect(
+    frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
+    weight: Float, shift: Float, constant: Float, pivot: Float,
+    entered: Float, occupied: Float, stayed: Float, left: Float, first: Float, second: Float,
+) -> float:  # fmt: skip
+    """Return the log2-likelihood of one sequence and fill its expected counts, as ``parallel_scaled.expect`` does."""
+    n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
+    entry, stay, leave = np.log(entry), np.log(stay), np.log(leave)
+    clamped = len(allowed) > 0
+    anything = np.ones(0, np.bool_)
+    alphas, densities, nodes = np.empty((BLOCK + 1, n_states)), np.empty((BLOCK, n_states)), np.empty(BLOCK)
+    checkpoints = np.zeros(((n_frames + BLOCK - 1) // BLOCK, n_states))
+    alpha, after = np.zeros(n_states), np.empty(n_states)
+    for t in range(n_frames):
+        if t % BLOCK == 0:
+            checkpoints[t // BLOCK] = alpha
+        may = allowed[t] if clamped else anything
+        log_densities(frames[t], may, weight, shift, constant, pivot, densities[0])
+        _forward(t, alpha, densities[0], cuts[t] if len(cuts) > 0 else FREE, entry, stay, leave, after)
+        alpha, after = after, alpha
+    total = log_sum(alpha, np.zeros(n_states))
+    if total == IMPOSSIBLE:
+        return total / LOG_2
+
+    beta, follow = np.zeros(n_states), np.empty(n_states)
+    for j in range(len(checkpoints) - 1, -1, -1):
+        start, end = j * BLOCK, min((j + 1) * BLOCK, n_frames)
+        alphas[0] = checkpoints[j]
+        for t in range(start, end):
+            k = t - start
+            may = allowed[t] if clamped else anything
+            log_densities(frames[t], may, weight, shift, constant, pivot, densities[k])
+            cut = cuts[t] if len(cuts) > 0 else FREE
+            nodes[k] = _forward(t, alphas[k], densities[k], cut, entry, stay, leave, alphas[k + 1])
+        for t in range(end - 1, start - 1, -1):
+            k = t - start
+            for s in range(n_states):
+                follow[s] = densities[k, s] + beta[s]
+                gamma = math.exp(alphas[k + 1, s] + beta[s] - total)
+                occupied[s] += gamma
+                for d in range(frames.shape[1]):
+                    x = frames[t, d] - pivot[d]
+                    first[d, s] += gamma * x
+                    second[d, s] += gamma * x * x
+            for m in range(n_branches):
+                entered[m] += math.exp(nodes[k] + entry[m] + follow[m] - total)
+            if t > 0:
+                cut = cuts[t] if len(cuts) > 0 else FREE
+                _backward(follow, cut, entry, stay, leave, beta)
+                for s in range(n_states):
+                    kept = 0.0 if cut == MUST else math.exp(alphas[k, s] + stay[s] + follow[s] - total)
+                    stayed[s] += kept
+                    left[s] += max(math.exp(alphas[k, s] + beta[s] - total) - kept, 0.0)
+    return total / LOG_2
+
+
+@numba.njit(cache=True)
+def branch_likelihoods(
+    frames: Float,
+    n_branches: int,
+    stay: Float,
+    leave: Float,
+    weight: Float,
+    shift: Float,
+    constant: Float,
+    pivot: Float,
+) -> Float:
+    """Return log P(frames | branch) of every branch alone, (M,): from its first state, ending in any."""
+    n_states = len(stay)
+    stay, leave = np.log(stay), np.log(leave)
+    anything = np.ones(0, np.bool_)
+    alpha, density = np.full(n_states, IMPOSSIBLE), np.empty(n_states)
+    for t in range(len(frames)):
+        log_densities(frames[t], anything, weight, shift, constant, pivot, density)
+        for s in range(n_states - 1, -1, -1):
+            value = alpha[s] + stay[s]
+            if s >= n_branches:
+                value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
+            elif t == 0:
+                value = 0.0
+            alpha[s] = value + density[s]
+    result = np.empty(n_branches)
+    for m in range(n_branches):
+        result[m] = log_sum(alpha[m::n_branches], np.zeros(n_states // n_branches))
+    return result
