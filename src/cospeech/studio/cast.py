@@ -32,7 +32,7 @@ HABITS = {
     "open": (1.0, 1.7, "left"),
     "right": (1.0, 1.8, "perpendicular"),
 }
-SHORTEST_S, LONGEST_S = 0.7, 6.0
+SHORTEST_S, LONGEST_S = 0.8, 6.0
 OPENS_AT_REST = 0.85
 BACK_TO_REST = 0.45
 FOLLOWS_HABIT = 0.25

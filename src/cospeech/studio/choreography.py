@@ -48,9 +48,9 @@ class Hand:
 AT_REST = Hand(REST)
 RAISED = Hand((0.22, -0.07, 0.33), (0.02, -0.13, 0.03), turn_deg=20.0)
 UP_ALONE = Hand((0.24, -0.02, 0.34), (0.05, -0.14, 0.02), turn_deg=10.0)
-VERTICAL = Hand((0.17, 0.00, 0.32), (0.0, -0.22, 0.02), turn_deg=-20.0)
-HORIZONTAL = Hand((0.10, -0.22, 0.32), (0.24, 0.0, -0.02), lag=0.5, turn_deg=45.0)
-TOUCHING = Hand((0.042, -0.24, 0.27), (0.0, -0.06, 0.03), turn_deg=0.0, bend_deg=-25.0)
+VERTICAL = Hand((0.17, 0.00, 0.32), (0.0, -0.19, 0.02), turn_deg=-20.0)
+HORIZONTAL = Hand((0.10, -0.22, 0.32), (0.20, 0.0, -0.02), lag=0.4, turn_deg=45.0)
+TOUCHING = Hand((0.036, -0.24, 0.27), (0.0, -0.06, 0.03), turn_deg=0.0, bend_deg=-25.0)
 OPENED = Hand((0.53, -0.26, -0.17), (0.05, 0.08, -0.04), pole=BACK, turn_deg=60.0)
 
 FIGURES: dict[str, tuple[Hand, Hand]] = {
@@ -70,6 +70,10 @@ RETRACTION = (0.33, 0.38, 0.85)
 
 LETS_GO = (0.15, 0.16, 0.30)
 """The same for the end of a phrase that goes over into another gesture."""
+
+
+UNAWARE_S = 2.0
+"""How long the last gesture of a record is meant to be at least."""
 
 
 @dataclass(frozen=True)
@@ -153,14 +157,16 @@ def _phrase(
     draw: np.random.Generator,
 ) -> None:
     figure = FIGURES[label]
+    if following is None:  # the record's end cuts it off, but was not known when it began
+        end = max(end, start + UNAWARE_S)
     if label == "perpendicular" and draw.random() > manner.right_handed:
         figure = figure[::-1]
     begin = start + _phase(PREPARATION, end - start) * draw.uniform(0.85, 1.15)
     leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
     stop = end if following is None else end - leave * draw.uniform(0.85, 1.15)
     times = _beats(begin, stop, manner, draw)
-    size = manner.size * draw.lognormal(0.0, 0.18)
-    common = draw.normal(0.0, 0.025, 3)
+    size = manner.size * draw.lognormal(0.0, 0.2)
+    common = draw.normal(0.0, 0.04, 3)
     for track, hand in zip(hands, figure, strict=True):
         if hand is AT_REST:
             value = _value(hand, manner, draw, 0.3)
@@ -176,15 +182,15 @@ def _phrase(
 
 
 def _phase(law: tuple[float, float, float], duration_s: float) -> float:
-    """Return the length of a phase: a share of the phrase within limits, and never more than two fifths of it."""
+    """Return the length of a phase: a share of the phrase within limits, and never much more than two fifths."""
     share, shortest, longest = law
-    return min(max(share * duration_s, shortest), longest, 0.4 * duration_s)
+    return min(max(share * duration_s, shortest), longest, 0.42 * duration_s)
 
 
 def _beats(begin: float, stop: float, manner: Style, draw: np.random.Generator) -> Floats:
     """Return the turning points of the beats from ``begin`` to ``stop``: two a beat, uneven as living ones are."""
-    halves = max(1, round((stop - begin) / (manner.beat_s / 2 * draw.uniform(1.0, 1.7))))
-    steps = draw.uniform(0.7, 1.3, halves)
+    halves = max(1, round((stop - begin) / (manner.beat_s / 2 * draw.uniform(1.1, 1.8))))
+    steps = draw.uniform(0.8, 1.2, halves)
     if halves > 2 and draw.random() < manner.holds:
         steps[int(draw.integers(halves))] *= 2.5
     return begin + (stop - begin) * np.append(0.0, np.cumsum(steps) / steps.sum())

@@ -31,7 +31,7 @@ Ints = npt.NDArray[np.int64]
 INTONATION_S = (0.4, 1.6)
 """Shortest and longest intonation phrase; every length on the grid between them is equally likely."""
 
-CLEAR_S = 0.8
+CLEAR_S = 1.0
 """A shorter phrase is no good example of its class."""
 
 
