@@ -1,0 +1,10 @@
+"""What of the studio's plan was found again."""
+
+from cospeech import job
+from cospeech.report import output, recovery, style
+
+with job.run(snakemake) as work:
+    clusters, states = work.params["clusters"], work.params["states"]
+    table = work.read(work.input.recovery, "recovery")
+    style.save(recovery.figure(table), work.output.svg, work.output.png)
+    output.save_table(recovery.summary(table, clusters, states), work.output.table)

@@ -1,0 +1,59 @@
+"""The page: everything of the run in one file that needs nothing else."""
+
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from cospeech import job, tables
+from cospeech.report import beside, captions, facts, findings, leaderboard, page, videos
+
+MOST_BYTES = 25_000_000
+
+with job.run(snakemake) as work:
+    given, config, systems = work.params, work.params["config"], work.params["systems"]
+    published = yaml.safe_load(Path(work.input.published).read_text(encoding="utf-8"))
+    records = work.read(work.input.records, "records")
+    annotations = work.read(work.input.annotations, "annotations")
+    statistics = work.read(work.input.statistics[0], "motion_statistics") if work.input.statistics else None
+    numbers = dict(zip(given["tables"], map(pd.read_csv, work.input.tables), strict=True))
+    pictures = {
+        name: Path(path).read_text(encoding="utf-8")
+        for name, path in zip(given["figures"], work.input.figures, strict=True)
+    }
+    titles = {name: system["title"] for name, system in systems.items()}
+    exhibits = {}
+    for name, path in zip(given["exhibits"], work.input.captions, strict=True):
+        pairs = beside.pairs(name, published, numbers[name], titles) if name in numbers else []
+        exhibits[name] = page.exhibit(name, captions.read(path), pictures.get(name), numbers.get(name), pairs)
+
+    board = numbers["leaderboard"]
+    heads, whole = page.leaderboard(board, systems, "whole")
+    _, interior = page.leaderboard(board, systems, "interior")
+    found = findings.findings(
+        leaderboard.at_main(work.read(work.input.scores, "session_scores"), given["clusters"], given["states"]),
+        work.read(work.input.differences, "differences"),
+        systems,
+        numbers.get("fig-recovery"),
+        numbers.get("fig-motion"),
+    )
+    content = {
+        "title": given["title"],
+        "banner": facts.banner(config, records, annotations),
+        "findings": found,
+        "absent": given["absent"],
+        "sections": page.sections(exhibits),
+        "boards": {"heads": heads, "whole": whole, "interior": interior, "level": given["level_pct"]},
+        "facts": facts.facts(config, records, statistics),
+        "links": given["links"],
+        "results": given["results"],
+        "config_hash": job.settings_hash({"config": config}),
+        "seed": config["seed"],
+    }
+    template = Path(work.input.template).read_text(encoding="utf-8")
+    room = MOST_BYTES - len(page.render(template, videos=[], **content).encode())
+    shown = videos.embed(
+        dict(zip(given["filmed"], work.input.videos, strict=True)), given["video_links"], given["actors"], room
+    )
+    with tables.replacing(work.output.page) as temporary:
+        temporary.write_text(page.render(template, videos=shown, **content), encoding="utf-8")

@@ -1,0 +1,1 @@
+"""The report: every exhibit beside what was published, and the page that tells it."""

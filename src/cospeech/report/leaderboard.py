@@ -1,0 +1,194 @@
+"""All systems on all measures, their controls and ceilings beside them, and which differences the corpus resolves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from cospeech.report import style, words
+
+Systems = dict[str, dict[str, object]]
+"""By name, in the order of the table: title, role, controls."""
+
+
+def at_main(scores: pd.DataFrame, clusters: int, states: int) -> pd.DataFrame:
+    """Return the session scores at the main setting."""
+    return scores[(scores["clusters"] == clusters) & (scores["states"] == states)]
+
+
+def table(scores: pd.DataFrame, systems: Systems) -> pd.DataFrame:
+    """Return the session scores of the main setting with title and role, in the order of ``systems``."""
+    named = scores.assign(
+        title=scores["system"].map({name: system["title"] for name, system in systems.items()}),
+        role=scores["system"].map({name: system["role"] for name, system in systems.items()}),
+        place=scores["system"].map({name: place for place, name in enumerate(systems)}),
+        measure_place=scores["measure"].map({name: place for place, name in enumerate(words.MEASURES)}),
+    ).sort_values(["actor", "place", "part", "measure_place", "bin_s"], kind="stable")
+    columns = ["system", "title", "role", "actor", "measure", "part", "bin_s", "value", "low", "high", "n"]
+    return named[[*columns, "n_undefined", "n_records"]].reset_index(drop=True)
+
+
+def columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
+    """Return the measures of a leaderboard in their order, S once for each bin width."""
+    bins = sorted(board["bin_s"].dropna().unique())
+    heads: list[tuple[str, float | None]] = []
+    for name in words.MEASURES:
+        heads += [(name, bin_s) for bin_s in bins] if name == "S" else [(name, None)]
+    return heads
+
+
+def cells(board: pd.DataFrame, measure: str, bin_s: float | None) -> pd.DataFrame:
+    """Return the rows of one column of the leaderboard."""
+    own = board[board["measure"] == measure]
+    return own if bin_s is None else own[np.isclose(own["bin_s"], bin_s)]
+
+
+def figure(board: pd.DataFrame, systems: Systems) -> Figure:
+    """Draw every system's scores over all actors: a dot and its interval on whole records, a ring on their interior.
+
+    Parameters
+    ----------
+    board : from ``table``.
+    systems : as there.
+    """
+    pooled = board[board["actor"] == "all"]
+    heads = [head for head in columns(pooled) if head[1] is None or head[1] in _ends(pooled)]
+    places = _places(systems)
+    drawn, axes = style.figure(1.1 + 0.235 * (max(places.values()) + 1), 1, len(heads), sharey=True)
+    for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
+        _column(panel, cells(pooled, measure, bin_s), systems, places)
+        panel.set_title(words.measure(measure, bin_s).replace(" (", "\n("), fontsize=8.5)
+        if measure == "phrase_ratio":
+            panel.axvline(1, color=style.FAINT, lw=0.8, ls=(0, (4, 3)))
+        else:
+            panel.axvline(0, color=style.GRID, lw=0.8)
+        panel.spines["left"].set_visible(False)
+        panel.tick_params(axis="y", length=0)
+        panel.grid(axis="x")
+        panel.locator_params(axis="x", nbins=3)
+    axes[0, 0].set_yticks([places[name] for name in systems], [str(system["title"]) for system in systems.values()])
+    axes[0, 0].set_ylim(max(places.values()) + 0.7, -0.7)
+    handles = [
+        Line2D([], [], marker="o", ls="-", color=style.ROLE_COLOURS[role], label=words.ROLES[role], ms=5)
+        for role in dict.fromkeys(str(system["role"]) for system in systems.values())
+    ]
+    handles.append(Line2D([], [], marker="o", mfc="none", ls="none", color=style.INK, label="interior only", ms=5))
+    drawn.legend(handles=handles, loc="outside lower center", ncols=2)
+    return drawn
+
+
+def _ends(board: pd.DataFrame) -> list[float]:
+    bins = sorted(board["bin_s"].dropna().unique())
+    return [bins[0], bins[-1]]
+
+
+def _places(systems: Systems) -> dict[str, float]:
+    """Return the row of each system, with some room between roles."""
+    places: dict[str, float] = {}
+    row, before = 0.0, None
+    for name, system in systems.items():
+        row += 0.6 if before not in (None, system["role"]) else 0.0
+        places[name], before = row, system["role"]
+        row += 1.0
+    return places
+
+
+def _column(axes: Axes, own: pd.DataFrame, systems: Systems, places: dict[str, float]) -> None:
+    for name, system in systems.items():
+        colour = style.ROLE_COLOURS[str(system["role"])]
+        for part, marker in (("interior", {"mfc": "none", "ms": 5.5, "mew": 1.0}), ("whole", {"ms": 4.5})):
+            row = own[(own["system"] == name) & (own["part"] == part)]
+            if len(row) == 0 or row["value"].isna().all():
+                continue
+            first = row.iloc[0]
+            if part == "whole":
+                axes.plot(
+                    [first["low"], first["high"]], [places[name]] * 2, color=colour, lw=1.6, solid_capstyle="butt"
+                )
+            axes.plot(first["value"], places[name], marker="o", color=colour, **marker)
+
+
+def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) -> pd.DataFrame:
+    """Return the differences that matter: each speech-driven system against its controls, and the systems in order.
+
+    Parameters
+    ----------
+    differences : the table of that name.
+    systems : titles, roles and matched controls.
+    part : whole or interior.
+    bin_s : bin width of the S that is kept.
+
+    Returns
+    -------
+    The rows of ``differences`` over all actors, with a column ``kind``: own controls, other controls, systems.
+    """
+    hearing = [name for name, system in systems.items() if system["role"] == "system"]
+    matched = {str(control) for name in hearing for control in _controls(systems, name)}
+    general = [name for name, system in systems.items() if system["role"] == "control" and name not in matched]
+    wanted: dict[tuple[str, str], str] = {}
+    for name in hearing:
+        wanted |= {(name, control): "own controls" for control in _controls(systems, name) if control in systems}
+    for name in hearing:
+        wanted |= {(name, control): "other controls" for control in general}
+    for place, name in enumerate(hearing[1:], start=1):
+        wanted |= {(name, other): "systems" for other in hearing[:place]}
+    rows = differences[
+        (differences["actor"] == "all")
+        & (differences["part"] == part)
+        & (differences["bin_s"].isna() | np.isclose(differences["bin_s"].fillna(-1), bin_s))
+    ]
+    key = pd.MultiIndex.from_frame(rows[["system", "other"]])
+    order = {pair: place for place, pair in enumerate(wanted)}
+    chosen = rows.assign(
+        kind=[wanted.get(pair) for pair in key],
+        place=[order.get(pair, -1) for pair in key],
+    ).dropna(subset=["kind"])
+    return chosen.sort_values(["place", "measure"], kind="stable").drop(columns="place").reset_index(drop=True)
+
+
+def _controls(systems: Systems, name: str) -> list[str]:
+    return [str(control) for control in systems[name]["controls"]]  # type: ignore[attr-defined]
+
+
+def difference_figure(table: pd.DataFrame, systems: Systems, measures: list[str]) -> Figure:
+    """Draw the differences of ``pairs`` with their intervals; a filled dot where the interval leaves out 0."""
+    chosen = table[table["measure"].isin(measures)]
+    rows = list(dict.fromkeys(zip(chosen["system"], chosen["other"], chosen["kind"], strict=True)))
+    drawn, axes = style.figure(1.0 + 0.225 * len(rows), 1, len(measures), sharey=True)
+    for panel, measure in zip(axes[0], measures, strict=True):
+        for place, (system, other, _) in enumerate(rows):
+            own = chosen[(chosen["system"] == system) & (chosen["other"] == other) & (chosen["measure"] == measure)]
+            _difference(panel, own, place, measure)
+        panel.axvline(0, color=style.INK, lw=0.8)
+        arrow = {"more": "better →", "less": "← better"}.get(words.MEASURES[measure].better, "")
+        panel.set_title(words.measure(measure, own["bin_s"].iloc[0] if len(own) else None).replace(" (", "\n("))
+        panel.set_xlabel(arrow, color=style.FAINT)
+        panel.grid(axis="x")
+        panel.spines["left"].set_visible(False)
+        panel.tick_params(axis="y", length=0)
+    axes[0, 0].set_yticks(range(len(rows)), [_comparison(systems, system, other) for system, other, _ in rows])
+    axes[0, 0].set_ylim(len(rows) - 0.4, -0.6)
+    for place, (one, two) in enumerate(zip(rows, rows[1:], strict=False)):
+        if one[2] != two[2]:
+            for panel in axes[0]:
+                panel.axhline(place + 0.5, color=style.GRID, lw=0.8)
+    return drawn
+
+
+def _comparison(systems: Systems, system: str, other: str) -> str:
+    one, two = str(systems[system]["title"]), str(systems[other]["title"])
+    return f"{one}  −  {two.replace(one + ': ', 'with ')}"
+
+
+def _difference(axes: Axes, own: pd.DataFrame, place: int, measure: str) -> None:
+    if len(own) == 0 or own["difference"].isna().all():
+        return
+    row = own.iloc[0]
+    decided = bool(row["low"] > 0 or row["high"] < 0)
+    good = (row["difference"] > 0) == (words.MEASURES[measure].better == "more")
+    colour = style.FAINT if not decided else style.BLUE if good else style.VERMILLION
+    axes.plot([row["low"], row["high"]], [place, place], color=colour, lw=1.6, solid_capstyle="butt")
+    axes.plot(row["difference"], place, marker="o", ms=4.8, color=colour, mfc=colour if decided else style.PAPER)

@@ -1,0 +1,102 @@
+"""How every figure looks, and how it becomes the same bytes each time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from cospeech import tables
+
+matplotlib.use("Agg")
+
+INK = "#22262b"
+"""Text and axes; the page turns it into its own text colour."""
+FAINT = "#7b828c"
+"""Secondary text, controls, references."""
+GRID = "#dfe3e8"
+PAPER = "#fffffe"
+"""The ground of marks that hide what is below; figures themselves have none in SVG."""
+
+BLUE, VERMILLION, AMBER, GREEN = "#2278b5", "#d55e00", "#e08f00", "#009e73"
+
+ROLE_COLOURS = {"system": BLUE, "control": FAINT, "ceiling": AMBER}
+
+# After Okabe and Ito, who chose them so that colour-blind people tell them apart; rest is grey.
+_GESTURE_COLOURS = ("#d55e00", "#2278b5", "#cc79a7", "#e69f00", "#009e73", "#56b4e9", "#8c6bb1", "#a6761d")
+REST_COLOUR = "#b4bac2"
+
+WIDTH_IN = 9.2
+"""Width of a figure that fills the page."""
+
+_RC = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.6,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "cospeech",
+    "savefig.facecolor": "none",
+}
+
+
+def gesture_colours(labels: Iterable[str]) -> dict[str, str]:
+    """Return the colour of each gesture: the same in every figure for the same list of labels."""
+    names = list(labels)
+    moving = [name for name in names if name != "rest"]
+    colours = {name: _GESTURE_COLOURS[index % len(_GESTURE_COLOURS)] for index, name in enumerate(moving)}
+    return {name: colours.get(name, REST_COLOUR) for name in names}
+
+
+def system_colours(names: Iterable[str]) -> dict[str, str]:
+    """Return one colour each for a few systems that share a figure."""
+    return dict(zip(names, (VERMILLION, BLUE, GREEN, AMBER, FAINT), strict=False))
+
+
+def figure(height_in: float, rows: int = 1, columns: int = 1, **keywords: Any) -> tuple[Figure, Any]:
+    """Return a new figure of the page's width, and its axes (always a 2-D array)."""
+    plt.rcParams.update(_RC)
+    new, axes = plt.subplots(
+        rows, columns, figsize=(WIDTH_IN, height_in), layout="constrained", squeeze=False, **keywords
+    )
+    return new, axes
+
+
+def ticks_off(axes: Axes, which: str = "both") -> None:
+    """Take the tick marks of an axis away, and leave its labels."""
+    axes.tick_params(axis=which, length=0)  # type: ignore[arg-type]
+
+
+def save(drawn: Figure, svg: str, png: str) -> None:
+    """Write a figure as SVG (text as outlines, no ground) and as PNG (on white), without a date in them."""
+    plt.rcParams.update(_RC)
+    with tables.replacing(svg) as temporary:
+        drawn.savefig(temporary, format="svg", metadata={"Date": None, "Creator": None})
+    with tables.replacing(png) as temporary:
+        drawn.savefig(temporary, format="png", dpi=150, facecolor="white", metadata={"Software": None})
+    plt.close(drawn)

@@ -1,0 +1,457 @@
+# Every exhibit beside its published value, and the page that tells them.
+
+# What every exhibit calls the systems; in the order of the tables.
+TITLES = {name: system.title for name, system in SYSTEMS.items()} | {"actual": "actual", "original": "original"}
+ROLES = {
+    name: {"title": system.title, "role": system.role, "controls": list(system.controls)}
+    for name, system in SYSTEMS.items()
+}
+
+# The systems that pictures show: the printed one, and the one of the videos, with its strictest control.
+SHOWN = config["animation"]["video"]["shown"]
+PICTURED = list(dict.fromkeys(["hsmm", SHOWN]))
+STRIPS = [*PICTURED, *SYSTEMS[SHOWN].controls[-1:], "random"]
+
+# The bin width of the duration histograms that are drawn: the middle one of S.
+DRAWN_BIN_S = sorted(config["evaluation"]["bins_s"])[len(config["evaluation"]["bins_s"]) // 2]
+WIDEST_BIN_S = max(config["evaluation"]["bins_s"])
+
+PUBLISHED = "reports/template/published.yaml"
+CAPTIONS = "../../reports/template/captions"
+
+
+def phrases_of(system, records):
+    """The gesture phrases of some records: the actual ones, or those that a system made at the main setting."""
+    if system == "actual":
+        return expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=records)
+    return expand(f"{RESULTS}/synthesis/{system}/{MAIN.path}/{{record}}/phrases.parquet", record=records)
+
+
+def drawn(exhibit, category):
+    """The two pictures of an exhibit, the first with its caption in Snakemake's own report."""
+    return {
+        "svg": report(f"{REPORTS}/figures/{exhibit}.svg", caption=f"{CAPTIONS}/{exhibit}.rst", category=category),
+        "png": f"{REPORTS}/figures/{exhibit}.png",
+    }
+
+
+def tabled(exhibit, category):
+    """The table of an exhibit that has no picture."""
+    return report(f"{REPORTS}/tables/{exhibit}.csv", caption=f"{CAPTIONS}/{exhibit}.rst", category=category)
+
+
+rule table_3_scenarios:
+    input:
+        records=f"{RESULTS}/corpus/records.parquet",
+    output:
+        table=tabled("table-3-scenarios", "Corpus"),
+    log:
+        f"{RESULTS}/logs/table_3_scenarios.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/table_3_scenarios.tsv"
+    params:
+        corpus=config["corpus"]["name"],
+        code=code("report/table_3_scenarios"),
+    message:
+        "the corpus by scenario"
+    script:
+        "../../scripts/report/table_3_scenarios.py"
+
+
+rule table_4_1:
+    input:
+        phrases=phrases_of("actual", RECORDS),
+    output:
+        table=tabled("table-4.1", "Corpus"),
+    log:
+        f"{RESULTS}/logs/table_4_1.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/table_4_1.tsv"
+    params:
+        actors={record: actor_of(record) for record in RECORDS},
+        labels=config["phrases"]["gesture"]["labels"],
+        corpus=config["corpus"]["name"],
+        code=code("report/table_4_1"),
+    message:
+        "the gesture classes"
+    script:
+        "../../scripts/report/table_4_1.py"
+
+
+# The record that is shown from its speech to its gestures.
+TIMELINE = next(iter(RECORDS))
+
+
+rule fig_timeline:
+    input:
+        prosody=f"{RESULTS}/speech/{TIMELINE}/prosody.parquet",
+        clusters=f"{RESULTS}/phrases/prosody/{MAIN.path}/fold~{TIMELINE}/segments.parquet",
+        actual=phrases_of("actual", [TIMELINE]),
+        synthesised=[path for system in STRIPS for path in phrases_of(system, [TIMELINE])],
+    output:
+        **drawn("fig-timeline", "Scores"),
+        table=f"{REPORTS}/tables/fig-timeline.csv",
+    log:
+        f"{RESULTS}/logs/fig_timeline.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_timeline.tsv"
+    params:
+        record=TIMELINE,
+        systems=STRIPS,
+        titles=TITLES,
+        labels=config["phrases"]["gesture"]["labels"],
+        voiced_gain=config["speech"]["voiced_gain"],
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_timeline"),
+    message:
+        "one record from speech to gesture"
+    script:
+        "../../scripts/report/fig_timeline.py"
+
+
+rule leaderboard:
+    input:
+        scores=rules.session_scores.output.scores,
+    output:
+        **drawn("leaderboard", "Scores"),
+        table=f"{REPORTS}/tables/leaderboard.csv",
+    log:
+        f"{RESULTS}/logs/leaderboard.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/leaderboard.tsv"
+    params:
+        systems=ROLES,
+        clusters=MAIN.clusters,
+        states=MAIN.states,
+        corpus=config["corpus"]["name"],
+        code=code("report/leaderboard"),
+    message:
+        "all systems on all measures"
+    script:
+        "../../scripts/report/leaderboard.py"
+
+
+rule fig_differences:
+    input:
+        differences=rules.differences.output.differences,
+    output:
+        **drawn("fig-differences", "Scores"),
+        table=f"{REPORTS}/tables/fig-differences.csv",
+    log:
+        f"{RESULTS}/logs/fig_differences.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_differences.tsv"
+    params:
+        systems=ROLES,
+        bin_s=WIDEST_BIN_S,
+        measures=["kappa", "D", "boundary_f1", "S"],
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_differences"),
+    message:
+        "which differences the corpus resolves"
+    script:
+        "../../scripts/report/fig_differences.py"
+
+
+rule fig_7_2a:
+    input:
+        scores=rules.session_scores.output.scores,
+        published=PUBLISHED,
+    output:
+        **drawn("fig-7.2a", "Thesis"),
+        table=f"{REPORTS}/tables/fig-7.2a.csv",
+    log:
+        f"{RESULTS}/logs/fig_7_2a.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_7_2a.tsv"
+    params:
+        axis="clusters",
+        clusters=MAIN.clusters,
+        states=MAIN.states,
+        systems=SWEPT,
+        titles=TITLES,
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_7_2"),
+    message:
+        "S and D against the clusters of prosody"
+    script:
+        "../../scripts/report/fig_7_2.py"
+
+
+rule fig_7_2b:
+    input:
+        scores=rules.session_scores.output.scores,
+        published=PUBLISHED,
+    output:
+        **drawn("fig-7.2b", "Thesis"),
+        table=f"{REPORTS}/tables/fig-7.2b.csv",
+    log:
+        f"{RESULTS}/logs/fig_7_2b.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_7_2b.tsv"
+    params:
+        axis="states",
+        clusters=MAIN.clusters,
+        states=MAIN.states,
+        systems=SWEPT,
+        titles=TITLES,
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_7_2"),
+    message:
+        "S and D against the states of prosody"
+    script:
+        "../../scripts/report/fig_7_2.py"
+
+
+rule fig_7_3:
+    input:
+        actual=phrases_of("actual", records_of(ACTORS[0])),
+        synthesised=[path for system in PICTURED for path in phrases_of(system, records_of(ACTORS[0]))],
+    output:
+        **drawn("fig-7.3", "Thesis"),
+        table=f"{REPORTS}/tables/fig-7.3.csv",
+    log:
+        f"{RESULTS}/logs/fig_7_3.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_7_3.tsv"
+    params:
+        systems=PICTURED,
+        titles=TITLES,
+        labels=config["phrases"]["gesture"]["labels"],
+        bin_s=DRAWN_BIN_S,
+        max_duration_s=config["synthesis"]["max_duration_s"],
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_7_3"),
+    message:
+        "duration histograms of the first actor"
+    script:
+        "../../scripts/report/fig_7_3.py"
+
+
+if len(ACTORS) > 1:
+
+    rule fig_7_4:
+        input:
+            actual=phrases_of("actual", records_of(ACTORS[1])),
+            synthesised=[path for system in PICTURED for path in phrases_of(system, records_of(ACTORS[1]))],
+        output:
+            **drawn("fig-7.4", "Thesis"),
+            table=f"{REPORTS}/tables/fig-7.4.csv",
+        log:
+            f"{RESULTS}/logs/fig_7_4.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_7_4.tsv"
+        params:
+            systems=PICTURED,
+            titles=TITLES,
+            labels=config["phrases"]["gesture"]["labels"],
+            bin_s=DRAWN_BIN_S,
+            max_duration_s=config["synthesis"]["max_duration_s"],
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_7_3"),
+        message:
+            "duration histograms of the second actor"
+        script:
+            "../../scripts/report/fig_7_3.py"
+
+
+rule fig_7_5:
+    input:
+        actual=phrases_of("actual", RECORDS),
+        synthesised=[path for system in PICTURED for path in phrases_of(system, RECORDS)],
+    output:
+        **drawn("fig-7.5", "Thesis"),
+        table=f"{REPORTS}/tables/fig-7.5.csv",
+    log:
+        f"{RESULTS}/logs/fig_7_5.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fig_7_5.tsv"
+    params:
+        actors={record: actor_of(record) for record in RECORDS},
+        systems=PICTURED,
+        titles=TITLES,
+        labels=config["phrases"]["gesture"]["labels"],
+        corpus=config["corpus"]["name"],
+        code=code("report/fig_7_5"),
+    message:
+        "how often each gesture occurs"
+    script:
+        "../../scripts/report/fig_7_5.py"
+
+
+if "motion" in BRINGS:
+
+    rule fig_4_3:
+        input:
+            picture=f"{RESULTS}/animation/stills.png",
+            table=f"{RESULTS}/animation/stills.parquet",
+        output:
+            **drawn("fig-4.3", "Corpus"),
+            table=f"{REPORTS}/tables/fig-4.3.csv",
+        log:
+            f"{RESULTS}/logs/fig_4_3.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_4_3.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_4_3"),
+        message:
+            "a picture of each gesture class"
+        script:
+            "../../scripts/report/fig_4_3.py"
+
+    rule fig_6_3:
+        input:
+            trial=f"{RESULTS}/animation/smoothing.parquet",
+        output:
+            **drawn("fig-6.3", "Thesis"),
+            table=f"{REPORTS}/tables/fig-6.3.csv",
+        log:
+            f"{RESULTS}/logs/fig_6_3.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_6_3.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_6_3"),
+        message:
+            "smoothing filters at a phrase boundary"
+        script:
+            "../../scripts/report/fig_6_3.py"
+
+    rule fig_6_4:
+        input:
+            picture=f"{RESULTS}/animation/strip.png",
+        output:
+            **drawn("fig-6.4", "Motion"),
+        log:
+            f"{RESULTS}/logs/fig_6_4.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_6_4.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_6_4"),
+        message:
+            "frames of a synthesised animation"
+        script:
+            "../../scripts/report/fig_6_4.py"
+
+    rule fig_motion:
+        input:
+            statistics=rules.motion_statistics.output.statistics,
+            histograms=rules.motion_statistics.output.histograms,
+        output:
+            **drawn("fig-motion", "Motion"),
+            table=f"{REPORTS}/tables/fig-motion.csv",
+        log:
+            f"{RESULTS}/logs/fig_motion.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_motion.tsv"
+        params:
+            titles=TITLES,
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_motion"),
+        message:
+            "how fast the hands move"
+        script:
+            "../../scripts/report/fig_motion.py"
+
+
+if VIRTUAL:
+
+    rule fig_recovery:
+        input:
+            recovery=rules.recovery.output.recovery,
+        output:
+            **drawn("fig-recovery", "Studio"),
+            table=f"{REPORTS}/tables/fig-recovery.csv",
+        log:
+            f"{RESULTS}/logs/fig_recovery.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_recovery.tsv"
+        params:
+            clusters=MAIN.clusters,
+            states=MAIN.states,
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_recovery"),
+        message:
+            "what was planted, and what was found"
+        script:
+            "../../scripts/report/fig_recovery.py"
+
+
+# What this run shows. A corpus without motion, sweep, second actor or planted truth shows less, and the page says why.
+ABSENT = []
+FIGURES = ["fig-timeline", "leaderboard", "fig-differences", "fig-7.3", "fig-7.5"]
+TABLES = ["table-3-scenarios", "table-4.1", *FIGURES]
+
+if SWEEP:
+    FIGURES += ["fig-7.2a", "fig-7.2b"]
+    TABLES += ["fig-7.2a", "fig-7.2b"]
+else:
+    ABSENT.append("Figure 7.2, as the configuration sweeps over no setting.")
+if len(ACTORS) > 1:
+    FIGURES.append("fig-7.4")
+    TABLES.append("fig-7.4")
+else:
+    ABSENT.append("Figure 7.4, as there is one actor.")
+if "motion" in BRINGS:
+    FIGURES += ["fig-4.3", "fig-6.3", "fig-6.4", "fig-motion"]
+    TABLES += ["fig-4.3", "fig-6.3", "fig-motion"]
+else:
+    ABSENT.append(
+        "Videos, figures 4.3, 6.3 and 6.4 and motion statistics, as the corpus brings gesture labels and no motion."
+    )
+if VIRTUAL:
+    FIGURES.append("fig-recovery")
+    TABLES.append("fig-recovery")
+else:
+    ABSENT.append("What a program planted, and the oracle that knows it, as real people were recorded.")
+EXHIBITS = list(dict.fromkeys([*TABLES, *FIGURES]))
+FILMED = list(RECORDS) if "motion" in BRINGS else []
+
+
+rule page:
+    input:
+        template="reports/template/page.html.jinja",
+        published=PUBLISHED,
+        captions=expand("reports/template/captions/{exhibit}.rst", exhibit=EXHIBITS),
+        figures=expand(f"{REPORTS}/figures/{{exhibit}}.svg", exhibit=FIGURES),
+        tables=expand(f"{REPORTS}/tables/{{exhibit}}.csv", exhibit=TABLES),
+        records=f"{RESULTS}/corpus/records.parquet",
+        annotations=f"{RESULTS}/corpus/annotations.parquet",
+        scores=rules.session_scores.output.scores,
+        differences=rules.differences.output.differences,
+        statistics=[rules.motion_statistics.output.statistics] if FILMED else [],
+        videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=FILMED),
+    output:
+        page=f"{REPORTS}/index.html",
+    log:
+        f"{RESULTS}/logs/page.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/page.tsv"
+    params:
+        title=config["report"]["title"],
+        config=config,
+        systems=ROLES,
+        actors={record: actor_of(record) for record in RECORDS},
+        clusters=MAIN.clusters,
+        states=MAIN.states,
+        level_pct=100 * config["evaluation"]["bootstrap"]["level"],
+        exhibits=EXHIBITS,
+        figures=FIGURES,
+        tables=TABLES,
+        absent=ABSENT,
+        links={
+            exhibit: [f"figures/{exhibit}.{kind}" for kind in ("svg", "png") if exhibit in FIGURES]
+            + [f"tables/{exhibit}.csv" for _ in range(exhibit in TABLES)]
+            for exhibit in EXHIBITS
+        },
+        filmed=FILMED,
+        video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in FILMED},
+        results=RESULTS,
+        corpus=config["corpus"]["name"],
+        code=code("report/page"),
+    message:
+        "the page"
+    script:
+        "../../scripts/report/page.py"
