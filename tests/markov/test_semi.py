@@ -1,5 +1,6 @@
 """The semi-Markov model against the sum and the maximum over all paths, and against models that were planted."""
 
+import dataclasses
 import itertools
 import math
 
@@ -211,6 +212,51 @@ def test_no_path_is_worth_more_than_the_best_and_all_cover_the_record(seed, n_fr
         assert lengths.min() >= 1
         assert lengths.max() <= n_bins
         assert path.log_score <= best.log_score + 1e-9
+
+
+def log_sum(terms):
+    """log sum exp, minus infinity where there is nothing to sum."""
+    largest = max(terms)
+    return largest if largest == -math.inf else largest + math.log(math.fsum(math.exp(x - largest) for x in terms))
+
+
+def likelihood_in_logarithms(model, codes):
+    """The forward recursion of an explicit-duration model as textbooks write it, all of it in logarithms."""
+    with np.errstate(divide="ignore"):
+        initial, transitions, emissions, durations = (
+            np.log(p) for p in (model.initial, model.transitions, model.emissions, model.durations)
+        )
+    n_states, n_bins = durations.shape
+    emitted = np.concatenate([np.zeros((1, n_states)), np.cumsum(emissions.T[codes], axis=0)])
+    enter, ending = [initial], []
+    for t in range(1, len(codes) + 1):
+        ending.append(
+            [
+                log_sum(
+                    [
+                        enter[t - k][j] + durations[j, k - 1] + emitted[t, j] - emitted[t - k, j]
+                        for k in range(1, min(n_bins, t) + 1)
+                    ]
+                )
+                for j in range(n_states)
+            ]
+        )
+        enter.append([log_sum([ending[-1][i] + transitions[i, j] for i in range(n_states)]) for j in range(n_states)])
+    return log_sum(ending[-1])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_likelihood_survives_emissions_that_differ_by_hundreds_of_orders(seed):
+    # States that agree with the speech for a while and then not at all: sums rise and fall by exp(1000) and more
+    # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again.
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, 3, 3, 60, zeros=True)
+    sharp = np.full((3, 3), 1e-15) + np.eye(3)
+    model = dataclasses.replace(model, emissions=sharp / sharp.sum(axis=1, keepdims=True))
+    codes = np.repeat(rng.integers(3, size=12), rng.integers(1, 45, size=12))
+    observed = np.array(model.symbols, dtype=object)[codes]
+    expected = likelihood_in_logarithms(model, codes)
+    assert semi.log_likelihood(model, observed) == pytest.approx(expected, rel=1e-12)
 
 
 def test_equal_paths_are_told_apart_by_a_fixed_rule():

@@ -275,10 +275,24 @@ def decode(
     and so on towards the beginning.
     """
     logs = _logs(model, observations, weight, censoring)
-    score, starts, states = semi_kernels.viterbi(*logs)
-    if not np.isfinite(score):
-        raise ValueError(f"the model has no path over {len(logs.observations)} frames; floor its probabilities")
-    return Path(starts, np.array(model.states, dtype=object)[states], float(score))
+    n_states, n_bins = logs.durations.shape
+    n_frames = len(logs.observations)
+    block = semi_kernels.BLOCK
+    padded = np.full((n_states, n_bins + block), -np.inf)
+    padded[:, :n_bins] = logs.durations
+    ending = np.full((n_states, n_frames + n_bins + 2 * block), -np.inf)
+    offer = np.full((n_states, n_frames + block), -np.inf)
+    emitted = np.zeros(n_states)
+    semi_kernels.best_scores(
+        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, ending, offer, emitted
+    )
+    starts, states = np.empty((2, n_frames), dtype=np.int64)
+    score, n_phrases = semi_kernels.trace_back(
+        logs.transitions, logs.durations, logs.last, ending, offer, emitted, starts, states
+    )
+    if n_phrases == 0:
+        raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
+    return _path(model, starts, states, n_phrases, score)
 
 
 def sample(
@@ -295,21 +309,31 @@ def sample(
     rng : source of the draw; two numbers are taken for every frame and the end.
     """
     logs = _logs(model, observations, weight, censoring)
-    total, ending, offer = semi_kernels.forward(*logs)
-    if not np.isfinite(total):
-        raise ValueError(f"the model has no path over {len(logs.observations)} frames; floor its probabilities")
-    emitted = logs.emissions[:, logs.observations].sum(axis=1)
-    uniforms = rng.random((len(logs.observations) + 1, 2))
-    starts, states = semi_kernels.draw(ending, offer, logs.transitions, logs.durations, logs.last, emitted, uniforms)
-    return Path(starts, np.array(model.states, dtype=object)[states], _score(logs, starts, states))
+    n_frames = len(logs.observations)
+    ending, offer, of_state, total = _filter(logs)
+    if total == -np.inf:
+        raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
+    starts, states = np.empty((2, n_frames), dtype=np.int64)
+    n_phrases = semi_kernels.draw_back(
+        logs.transitions,
+        logs.durations,
+        logs.last,
+        ending,
+        offer,
+        of_state,
+        rng.random((n_frames + 1, 2)),
+        starts,
+        states,
+    )
+    score = _score(logs, starts[-n_phrases:], states[-n_phrases:])
+    return _path(model, starts, states, n_phrases, score)
 
 
 def log_likelihood(
     model: SemiMarkov, observations: Iterable[str], weight: float = 1.0, censoring: Censoring = "none"
 ) -> float:
     """Return the log of the sum of exp(score) over all paths: the log-likelihood where ``weight`` is 1."""
-    total, _, _ = semi_kernels.forward(*_logs(model, observations, weight, censoring))
-    return float(total)
+    return _filter(_logs(model, observations, weight, censoring))[3]
 
 
 def path_score(
@@ -372,3 +396,29 @@ def _score(logs: _Logs, starts: Int, states: Int) -> float:
         + logs.last[states[-1], lengths[-1] - 1]
         + logs.emissions[np.repeat(states, lengths), logs.observations].sum()
     )
+
+
+def _filter(logs: _Logs) -> tuple[Float, Float, Float, float]:
+    """Return what ``draw_back`` asks for (ending, offer, of_state), and the log of the summed score of all paths."""
+    n_states, n_bins = logs.durations.shape
+    n_frames = len(logs.observations)
+    ending, offer = np.full((2, n_states, n_frames), -np.inf)
+    emitted, of_state = np.zeros((2, n_states))
+    semi_kernels.summed_scores(
+        logs.initial,
+        logs.transitions,
+        logs.durations,
+        logs.emissions,
+        logs.observations,
+        ending,
+        offer,
+        emitted,
+        np.zeros((n_states, n_frames + n_bins)),
+    )
+    return ending, offer, of_state, float(semi_kernels.closing_scores(logs.last, offer, emitted, of_state))
+
+
+def _path(model: SemiMarkov, starts: Int, states: Int, n_phrases: int, score: float) -> Path:
+    """Return the ``n_phrases`` that the kernels left at the ends of ``starts`` and ``states``."""
+    labels = np.array(model.states, dtype=object)[states[-n_phrases:]]
+    return Path(starts[-n_phrases:].copy(), labels, float(score))

@@ -22,17 +22,22 @@ Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
 
 BLOCK = 8
+STRAY = (
+    200.0  # how far an offer may lie from the reference before that moves: exp(200) is far from the largest number
+)
+SMALLEST, LARGEST = 1e-200, 1e200
 
 
 @numba.njit(cache=True)
 def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
     """Lay BLOCK offers against ``lanes`` end frames, the first of them right behind the block's last start.
 
-    best : (lanes,) best sum so far of each end frame, updated. offer : (BLOCK,). durations : (>= lanes + BLOCK - 1,).
+    best : (lanes,) best sum so far of each end frame, updated. offer : (BLOCK,).
+    durations : (>= lanes + BLOCK - 1,).
     """
-    o0, o1, o2, o3, o4, o5, o6, o7 = (
-        offer[0], offer[1], offer[2], offer[3], offer[4], offer[5], offer[6], offer[7],
-    )  # fmt: skip
+    # Written out: a loop over the block inside the loop over the lanes would keep the compiler from using lanes.
+    o0, o1, o2, o3 = offer[0], offer[1], offer[2], offer[3]
+    o4, o5, o6, o7 = offer[4], offer[5], offer[6], offer[7]
     d0 = durations[7 : 7 + lanes]
     d1 = durations[6 : 6 + lanes]
     d2 = durations[5 : 5 + lanes]
@@ -42,105 +47,109 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
     d6 = durations[1 : 1 + lanes]
     d7 = durations[0:lanes]
     for t in range(lanes):
-        x0, x1, x2, x3 = o0 + d0[t], o1 + d1[t], o2 + d2[t], o3 + d3[t]
-        x4, x5, x6, x7 = o4 + d4[t], o5 + d5[t], o6 + d6[t], o7 + d7[t]
-        x0 = x0 if x0 > x1 else x1
-        x2 = x2 if x2 > x3 else x3
-        x4 = x4 if x4 > x5 else x5
-        x6 = x6 if x6 > x7 else x7
-        x0 = x0 if x0 > x2 else x2
-        x4 = x4 if x4 > x6 else x6
-        x0 = x0 if x0 > x4 else x4
-        best[t] = x0 if x0 > best[t] else best[t]
+        x = max(best[t], o0 + d0[t])
+        x = max(x, o1 + d1[t])
+        x = max(x, o2 + d2[t])
+        x = max(x, o3 + d3[t])
+        x = max(x, o4 + d4[t])
+        x = max(x, o5 + d5[t])
+        x = max(x, o6 + d6[t])
+        best[t] = max(x, o7 + d7[t])
 
 
 @numba.njit(cache=True)
-def viterbi(
-    initial: Float, transitions: Float, durations: Float, last: Float, emissions: Float, observations: Int
-) -> tuple[float, Int, Int]:
-    """Return the best path: its log score, the first frames of its phrases and their states.
+def best_scores(
+    initial: Float,
+    transitions: Float,
+    durations: Float,
+    emissions: Float,
+    observations: Int,
+    ending: Float,
+    offer: Float,
+    emitted: Float,
+) -> None:
+    """Fill in the scores of the best paths over [0, t) (Özkul 2012, eq. 5.9).
 
     Parameters
     ----------
-    initial : (S,). transitions : (S, S), from row to column. durations : (S, D).
-    last : (S, D), what the last phrase uses in place of ``durations``.
+    initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
     emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
-
-    Notes
-    -----
-    No back pointers are kept: the traceback repeats the maximisation at the ends of the phrases of the best path
-    only. Among equals the shortest duration and then the first state win.
+    ending : (S, T + D + 2 BLOCK) of -inf; becomes the score of the best path with a phrase of j that ends at t.
+    offer : (S, T + BLOCK) of -inf; becomes that of the best path with a phrase of j that starts at t, less the
+        emissions of j up to t.
+    emitted : (S,) of 0; becomes the emissions of j over the whole record.
     """
-    n_states, n_bins = durations.shape
-    n_frames = len(observations)
-    padded = np.full((n_states, n_bins + BLOCK), -np.inf)
-    padded[:, :n_bins] = durations
-    best = np.full((n_states, n_frames + n_bins + 2 * BLOCK), -np.inf)
-    offer = np.full((n_states, n_frames + BLOCK), -np.inf)
-    emitted = np.zeros(n_states)
-
+    n_states, n_frames = len(initial), len(observations)
+    n_bins = durations.shape[1] - BLOCK
     for first in range(0, n_frames, BLOCK):
         beyond = first + BLOCK
         for s in range(first, min(beyond, n_frames)):
             for j in range(n_states):
-                best[j, s] += emitted[j]  # from here on the score of the best path with a phrase of j ending at s
+                ending[j, s] += emitted[j]
             for j in range(n_states):
-                entry = initial[j]
+                best = initial[j]
                 if s > 0:
-                    entry = -np.inf
+                    best = -np.inf
                     for i in range(n_states):
-                        entry = max(entry, best[i, s] + transitions[i, j])
-                offer[j, s] = entry - emitted[j]
+                        best = max(best, ending[i, s] + transitions[i, j])
+                best -= emitted[j]
+                offer[j, s] = best
                 for t in range(s + 1, beyond):
-                    best[j, t] = max(best[j, t], offer[j, s] + padded[j, t - s - 1])
+                    ending[j, t] = max(ending[j, t], best + durations[j, t - s - 1])
             for j in range(n_states):
                 emitted[j] += emissions[j, observations[s]]
         for j in range(n_states):
-            _push(best[j, beyond : beyond + n_bins], offer[j, first:beyond], padded[j], n_bins)
+            _push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
+
+@numba.njit(cache=True)
+def trace_back(
+    transitions: Float,
+    durations: Float,
+    last: Float,
+    ending: Float,
+    offer: Float,
+    emitted: Float,
+    starts: Int,
+    states: Int,
+) -> tuple[float, int]:
+    """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
+
+    No back pointers are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
+    Among equals the shortest duration and the first state win.
+
+    Parameters
+    ----------
+    durations, last : (S, D), of any phrase and of the last one. Others : see ``best_scores``.
+    """
+    n_states, n_bins = durations.shape
+    n_frames = len(starts)
     score = -np.inf
-    state = 0
-    length = 0
+    state = length = n_phrases = 0
     for j in range(n_states):
         for k in range(1, min(n_bins, n_frames) + 1):
-            candidate = offer[j, n_frames - k] + last[j, k - 1] + emitted[j]
-            if candidate > score:
-                score, state, length = candidate, j, k
-    starts = np.empty(n_frames, dtype=np.int64)
-    states = np.empty(n_frames, dtype=np.int64)
-    n_phrases = 0
-    end = n_frames
+            x = offer[j, n_frames - k] + last[j, k - 1] + emitted[j]
+            if x > score:
+                score, state, length = x, j, k
+    start = n_frames
     while length > 0:
-        start = end - length
-        starts[n_phrases] = start
-        states[n_phrases] = state
+        start -= length
         n_phrases += 1
-        end = start
+        starts[n_frames - n_phrases] = start
+        states[n_frames - n_phrases] = state
         length = 0
-        if end > 0:
-            state = _argmax_column(best[:, end], transitions, state)
-            length = _best_length(offer[state], durations[state], end)
-    return score, starts[:n_phrases][::-1].copy(), states[:n_phrases][::-1].copy()
-
-
-@numba.njit(cache=True)
-def _argmax_column(scores: Any, transitions: Float, state: int) -> int:
-    """Return the first state i with the largest ``scores[i] + transitions[i, state]``."""
-    found = 0
-    for i in range(1, len(scores)):
-        if scores[i] + transitions[i, state] > scores[found] + transitions[found, state]:
-            found = i
-    return found
-
-
-@numba.njit(cache=True)
-def _best_length(offer: Any, durations: Any, end: int) -> int:
-    """Return the shortest length of a phrase that ends at ``end`` with the largest offer plus duration."""
-    found = 1
-    for k in range(2, min(len(durations), end) + 1):
-        if offer[end - k] + durations[k - 1] > offer[end - found] + durations[found - 1]:
-            found = k
-    return found
+        if start > 0:
+            before = 0
+            for i in range(1, n_states):
+                if ending[i, start] + transitions[i, state] > ending[before, start] + transitions[before, state]:
+                    before = i
+            state = before
+            best = -np.inf
+            for k in range(1, min(n_bins, start) + 1):
+                x = offer[state, start - k] + durations[state, k - 1]
+                if x > best:
+                    best, length = x, k
+    return score, n_phrases
 
 
 @numba.njit(cache=True)
@@ -158,98 +167,136 @@ def _log_sum(terms: Any) -> float:
 
 
 @numba.njit(cache=True)
-def forward(
-    initial: Float, transitions: Float, durations: Float, last: Float, emissions: Float, observations: Int
-) -> tuple[float, Float, Float]:
-    """Return the log of the summed score of all paths, and what a backward draw needs (arguments: see ``viterbi``).
+def summed_scores(
+    initial: Float,
+    transitions: Float,
+    durations: Float,
+    emissions: Float,
+    observations: Int,
+    ending: Float,
+    offer: Float,
+    emitted: Float,
+    sums: Float,
+) -> None:
+    """Fill in the summed scores of all paths over [0, t): as ``best_scores``, with log sum exp in place of max.
 
-    Returns
-    -------
-    log_likelihood : of the observations, where the emission weight is 1.
-    ending : (S, T), log of the summed score of all paths over [0, t) with a phrase of the state ending at t.
-    offer : (S, T), log of the summed score of all paths that begin a phrase at s, less the emissions up to s.
+    Parameters
+    ----------
+    durations : (S, D). ending, offer : (S, T). Others : see ``best_scores``.
+    sums : (S, T + D) of 0, for the sum over starts of exp(offer + duration) of every end frame; overwritten.
+
+    Notes
+    -----
+    An offer is pushed, to become lanes, in probabilities: exp(offer - reference) times those of the durations. The
+    reference of a state follows its offers, and what was summed is scaled along. An end frame whose sum left the
+    range in which nothing can have been lost is summed again in logarithms.
     """
-    n_states, n_bins = durations.shape
-    n_frames = len(observations)
-    ending = np.full((n_states, n_frames), -np.inf)
-    offer = np.empty((n_states, n_frames))
-    emitted = np.zeros(n_states)
+    n_states, n_frames = offer.shape
+    n_bins = durations.shape[1]
+    lasting = np.exp(durations)
+    reference = np.full(n_states, -np.inf)
     terms = np.empty(max(n_bins, n_states))
     for s in range(n_frames):
-        longest = min(n_bins, s)
         if s > 0:
             for j in range(n_states):
-                for k in range(1, longest + 1):
-                    terms[k - 1] = offer[j, s - k] + durations[j, k - 1]
-                ending[j, s] = emitted[j] + _log_sum(terms[:longest])
+                if SMALLEST < sums[j, s] < LARGEST:
+                    ending[j, s] = emitted[j] + reference[j] + np.log(sums[j, s])
+                else:
+                    for k in range(1, min(n_bins, s) + 1):
+                        terms[k - 1] = offer[j, s - k] + durations[j, k - 1]
+                    ending[j, s] = emitted[j] + _log_sum(terms[: min(n_bins, s)])
         for j in range(n_states):
             entry = initial[j]
             if s > 0:
                 for i in range(n_states):
                     terms[i] = ending[i, s] + transitions[i, j]
                 entry = _log_sum(terms[:n_states])
-            offer[j, s] = entry - emitted[j]
-        for j in range(n_states):
+            entry -= emitted[j]
+            offer[j, s] = entry
             emitted[j] += emissions[j, observations[s]]
-    total = np.empty(n_states)
-    longest = min(n_bins, n_frames)
-    for j in range(n_states):
-        for k in range(1, longest + 1):
-            terms[k - 1] = offer[j, n_frames - k] + last[j, k - 1]
-        total[j] = emitted[j] + _log_sum(terms[:longest])
-    return _log_sum(total), ending, offer
+            if entry > -np.inf:
+                reached = sums[j, s + 1 : s + 1 + n_bins]
+                if abs(entry - reference[j]) > STRAY:
+                    if reference[j] > -np.inf:
+                        reached *= np.exp(reference[j] - entry)
+                    reference[j] = entry
+                share = np.exp(entry - reference[j])
+                duration = lasting[j]
+                for k in range(len(reached)):
+                    reached[k] += share * duration[k]
 
 
 @numba.njit(cache=True)
-def _draw(terms: Any, uniform: float) -> int:
-    """Return the index that ``uniform`` in [0, 1) picks from the probabilities proportional to exp(terms)."""
-    threshold = uniform * np.exp(_log_sum(terms) - terms.max())
-    total = 0.0
-    drawn = 0
-    for index in range(len(terms)):
-        weight = np.exp(terms[index] - terms.max())
-        if weight > 0.0:
-            drawn = index
-            total += weight
-            if total > threshold:
-                break
-    return drawn
+def closing_scores(last: Float, offer: Float, emitted: Float, of_state: Float) -> float:
+    """Fill in, for each state, the log of the summed score of the paths that end in it; return that of all paths.
 
-
-@numba.njit(cache=True)
-def draw(
-    ending: Float, offer: Float, transitions: Float, durations: Float, last: Float, emitted: Float, uniforms: Float
-) -> tuple[Int, Int]:
-    """Return the first frames and states of a path drawn from the posterior by a backward pass over ``forward``.
-
-    emitted : (S,), weighted log emissions of the whole record.
-    uniforms : (T + 1, 2) in [0, 1), one pair for each frame that a phrase may end at.
+    Parameters
+    ----------
+    last : (S, D). offer : (S, T). emitted : (S,). of_state : (S,), filled in.
     """
     n_states, n_frames = offer.shape
-    n_bins = durations.shape[1]
-    starts = np.empty(n_frames, dtype=np.int64)
-    states = np.empty(n_frames, dtype=np.int64)
-    terms = np.empty(n_bins)
-    by_state = np.empty(n_states)
-    longest = min(n_bins, n_frames)
+    longest = min(last.shape[1], n_frames)
+    terms = np.empty(longest)
     for j in range(n_states):
         for k in range(1, longest + 1):
             terms[k - 1] = offer[j, n_frames - k] + last[j, k - 1]
-        by_state[j] = emitted[j] + _log_sum(terms[:longest])
-    lengths = last
+        of_state[j] = emitted[j] + _log_sum(terms)
+    return _log_sum(of_state)
+
+
+@numba.njit(cache=True)
+def _pick(terms: Any, uniform: float) -> int:
+    """Return the index that ``uniform`` in [0, 1) picks from probabilities proportional to exp(terms)."""
+    total = _log_sum(terms)
+    reached = 0.0
+    picked = 0
+    for index in range(len(terms)):
+        probability = np.exp(terms[index] - total)
+        if probability > 0.0:
+            picked = index
+            reached += probability
+            if reached > uniform:
+                break
+    return picked
+
+
+@numba.njit(cache=True)
+def draw_back(
+    transitions: Float,
+    durations: Float,
+    last: Float,
+    ending: Float,
+    offer: Float,
+    of_state: Float,
+    uniforms: Float,
+    starts: Int,
+    states: Int,
+) -> int:
+    """Write the phrases of a path drawn from the posterior to the ends of ``starts`` and ``states``, (T,).
+
+    Returns the number of phrases.
+
+    Parameters
+    ----------
+    of_state : (S,), what ``closing_scores`` filled in; overwritten.
+    uniforms : (T + 1, 2) in [0, 1), one pair for each frame that a phrase may end at: for its state and its length.
+    Others : see ``summed_scores`` and ``trace_back``.
+    """
+    n_states, n_bins = durations.shape
+    n_frames = len(starts)
+    of_length = np.empty(n_bins)
+    start = n_frames
     n_phrases = 0
-    end = n_frames
-    while end > 0:
-        if end < n_frames:
-            for i in range(n_states):
-                by_state[i] = ending[i, end] + transitions[i, states[n_phrases - 1]]
-        state = _draw(by_state, uniforms[end, 0])
-        longest = min(n_bins, end)
+    while start > 0:
+        lengths = durations if n_phrases > 0 else last
+        state = _pick(of_state, uniforms[start, 0])
+        longest = min(n_bins, start)
         for k in range(1, longest + 1):
-            terms[k - 1] = offer[state, end - k] + lengths[state, k - 1]
-        end -= _draw(terms[:longest], uniforms[end, 1]) + 1
-        lengths = durations
-        starts[n_phrases] = end
-        states[n_phrases] = state
+            of_length[k - 1] = offer[state, start - k] + lengths[state, k - 1]
+        start -= 1 + _pick(of_length[:longest], uniforms[start, 1])
         n_phrases += 1
-    return starts[:n_phrases][::-1].copy(), states[:n_phrases][::-1].copy()
+        starts[n_frames - n_phrases] = start
+        states[n_frames - n_phrases] = state
+        for i in range(n_states):
+            of_state[i] = ending[i, start] + transitions[i, state]
+    return n_phrases
