@@ -11,9 +11,7 @@ with job.run(snakemake) as work:
     )
     name, duration_s = given["record"], taken.row["duration_s"].iloc[0]
     work.say(f"{name}: {duration_s:.3f} s; {taken.row['note'].iloc[0] or 'as delivered'}")
-    if work.params["first_examples"] == "rules":
-        examples = annotations.table(name, [], duration_s, "rule")
-    elif given["annotations"]:
+    if given["annotations"]:
         examples = annotations.read(given["annotations"], name, duration_s, labels)
     else:
         planted = work.read(work.input.planted, "annotations") if work.input.get("planted") else None

@@ -20,10 +20,12 @@ def given_record(wildcards):
 
 
 def files_of(wildcards):
-    """The files that a record is made of; the studio's examples are planted."""
+    """The files that a record is made of; the studio's examples are planted, unless rules propose them."""
     record = given_record(wildcards)
     files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind]}
-    return files | ({"planted": f"{RESULTS}/corpus/truth/annotations.parquet"} if VIRTUAL else {})
+    if VIRTUAL and config["phrases"]["gesture"]["first_examples"] == "annotations":
+        files["planted"] = f"{RESULTS}/corpus/truth/annotations.parquet"
+    return files
 
 
 rule record:
@@ -42,7 +44,6 @@ rule record:
         motion=config["corpus"]["motion"],
         length_tolerance_s=config["corpus"]["length_tolerance_s"],
         labels=config["phrases"]["gesture"]["labels"],
-        first_examples=config["phrases"]["gesture"]["first_examples"],
         frame_s=config["speech"]["frame_s"],
         corpus=config["corpus"]["name"],
         code=code("corpus/record"),

@@ -5,6 +5,7 @@ Times count from the start of the record, in an excerpt too, as in the files tha
 
 from __future__ import annotations
 
+import csv
 import difflib
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +21,8 @@ TIER = "gesture"
 
 ROUNDING_S = 0.0005 + 1e-9
 """What rounding to milliseconds moves a time by: ELAN keeps no finer ones."""
+
+CSV_COLUMNS = ("start_s", "end_s", "gesture")
 
 Spans = list[tuple[float, float, str]]
 
@@ -111,18 +114,29 @@ def _tier(tiers: dict[str, Spans], path: str | Path) -> Spans:
 
 def _read_csv(path: str | Path) -> Spans:
     try:
-        rows = pd.read_csv(path, encoding="utf-8-sig", dtype=str, keep_default_na=False)
-    except (OSError, ValueError, pd.errors.ParserError) as error:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file)
+            missing = [column for column in CSV_COLUMNS if column not in (reader.fieldnames or [])]
+            rows = [(reader.line_num, row) for row in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = " ".join(str(error).split())[:80]
         raise UserError(f"{path}: cannot be read as CSV ({reason}); write it anew") from error
-    for column in ("start_s", "end_s", "gesture"):
-        if column not in rows.columns:
-            raise UserError(f"{path}: column '{column}' is missing; annotations have start_s, end_s, gesture")
-    times = rows[["start_s", "end_s"]].apply(pd.to_numeric, errors="coerce")
-    wrong = np.flatnonzero(times.isna().any(axis=1) | (rows["gesture"].str.strip() == ""))
-    if len(wrong):
-        raise UserError(f"{path}: line {wrong[0] + 2}: needs start_s and end_s in seconds, and a gesture")
-    return list(zip(times["start_s"].astype(float), times["end_s"].astype(float), rows["gesture"], strict=True))
+    if missing:
+        raise UserError(f"{path}: column '{missing[0]}' is missing; annotations have {', '.join(CSV_COLUMNS)}")
+    spans = []
+    for line, row in rows:
+        if None in row or None in row.values():
+            raise UserError(f"{path}: line {line} has not as many cells as the heading; correct it")
+        start, end = (_seconds(row[column], path, line) for column in ("start_s", "end_s"))
+        spans.append((start, end, row["gesture"]))
+    return spans
+
+
+def _seconds(text: str, path: str | Path, line: int) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UserError(f"{path}: line {line}: '{text[:20]}' is no number of seconds; correct it") from None
 
 
 def spans_of(segments: pd.DataFrame) -> Spans:

@@ -52,6 +52,8 @@ def read(
         first, last = _excerpt(path, len(table), rate, start_s, end_s)
         root = table[list(skeleton.ROOT_COLUMNS)].to_numpy()[first:last]
         return Motion(skeleton.motion_table(root, skeleton.angles(table)[first:last], rate), source, notes)
+    if source == "smplx" and declared.zero != "t_pose":
+        raise UserError(f"{path}: SMPL-X stands in a T-pose at zero angles; set corpus.motion.zero to t_pose")
     clip = bvh.read(path) if source == "bvh" else smplx.read(path)
     first, last = _excerpt(path, len(clip.rotations), clip.fps, start_s, end_s)
     places = {joint: place[first:last] for joint, place in clip.places.items()}

@@ -8,6 +8,7 @@ ranges of ``data_schema/``. A Parquet file that says it is ours is held to all o
 from __future__ import annotations
 
 import difflib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -65,8 +66,10 @@ def _known(name: str, known: list[str]) -> str:
 
 def _read_csv(path: str | Path) -> pd.DataFrame:
     try:
-        return pd.read_csv(path, encoding="utf-8-sig")
-    except (OSError, ValueError, pd.errors.ParserError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # rows longer than the heading would only be warned of, and shifted
+            return pd.read_csv(path, encoding="utf-8-sig", index_col=False, low_memory=False)
+    except (OSError, ValueError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
         reason = " ".join(str(error).split())[:80]
         raise UserError(f"{path}: cannot be read as CSV ({reason}); write it anew") from error
 

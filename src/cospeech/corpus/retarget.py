@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from cospeech import skeleton
 from cospeech.bvh import Clip
+from cospeech.corpus import rest
 from cospeech.corpus.euler import least_change
 from cospeech.errors import UserError
 
@@ -36,14 +36,35 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 AXES = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
 """From the file's axes to ours: y up, facing +z; or z up, facing -y."""
 
-T_POSE = {"left": Rotation.from_euler("z", 90, degrees=True), "right": Rotation.from_euler("z", -90, degrees=True)}
-"""From hanging arms to arms straight out to the sides, palms down."""
+SMPLX = {
+    "hips": "pelvis",
+    "spine": "spine1",
+    "chest": "spine3",
+    "neck": "neck",
+    "head": "head",
+    "left_arm": "left_shoulder",
+    "left_forearm": "left_elbow",
+    "left_hand": "left_wrist",
+    "right_arm": "right_shoulder",
+    "right_forearm": "right_elbow",
+    "right_hand": "right_wrist",
+    "left_thigh": "left_hip",
+    "left_shin": "left_knee",
+    "left_foot": "left_ankle",
+    "right_thigh": "right_hip",
+    "right_shin": "right_knee",
+    "right_foot": "right_ankle",
+}
+"""Our joints in SMPL-X; the chest is the vertebra from which neck and collar bones go out."""
 
-CHILD = {"arm": "forearm", "forearm": "hand", "thigh": "shin", "shin": "foot"}
-"""The body part that a limb's bone leads to."""
+UPPER_ARM_M = (0.12, 0.6)
+"""Lengths of an upper arm that a body, child or giant, may have; others tell of another unit."""
 
-WIDEST = 150.0
-"""Angle in degrees to our rest pose beyond which an offset does not tell how its bone is turned about itself."""
+LEAN = 60.0
+"""Angle in degrees between the mean trunk and the vertical beyond which another axis must be up."""
+
+TURNED = 45.0
+"""Angle in degrees by which the mean facing may be off +z before it is said."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +88,11 @@ def motion_table(clip: Clip, declared: Declaration, where: str) -> tuple[pd.Data
     """
     source = joint_map(clip.names, declared.joints, where)
     world = world_rotations(clip)
-    rest = rest_pose(clip, source, declared, where)
     axes = AXES[declared.up]
-    turned = {name: axes @ world[:, joint] @ rest[name] for name, joint in source.items()}
+    # A body without offsets (SMPL-X) stands y up in axes of its own, whatever is up in the world it was put into.
+    upright = np.eye(3) if clip.offsets is None else axes.T
+    at_zero = rest.pose(clip, source, declared.zero, upright, where)
+    turned = {name: axes @ world[:, joint] @ at_zero[name] for name, joint in source.items()}
     still = [name for name in skeleton.JOINTS if name not in source]
     local = np.broadcast_to(np.eye(3), (len(world), len(skeleton.JOINTS), 3, 3)).copy()
     for index, name in enumerate(skeleton.JOINTS):
@@ -80,8 +103,14 @@ def motion_table(clip: Clip, declared: Declaration, where: str) -> tuple[pd.Data
             local[:, index] = np.swapaxes(turned[parent], 1, 2) @ turned[name]
         else:
             turned[name] = turned[parent]
-    hips = world_places(clip, world)[source["hips"]] @ axes.T * METRES[declared.unit]
+    places = world_places(clip, world)
+    hips = places[source["hips"]] @ axes.T * METRES[declared.unit]
     notes = [f"joints at zero angles, as the file lacks them: {', '.join(still)}"] if still else []
+    _check_unit(clip, source, declared.unit, where)
+    stance = turned["chest"]
+    if clip.offsets is not None:
+        stance = axes @ rest.trunk_axes(np.stack(places, axis=1), source, where)
+    notes += _check_stance(stance.mean(axis=0), where)
     return skeleton.motion_table(hips - hips.mean(axis=0), least_change(local), clip.fps), notes
 
 
@@ -111,6 +140,28 @@ def _unknown(name: str, known: tuple[str, ...]) -> str:
     return f"unknown joint '{name}'; {hint}"
 
 
+def _check_unit(clip: Clip, source: dict[str, int], unit: str, where: str) -> None:
+    if clip.offsets is None:
+        return
+    place = rest.places_at_rest(clip)
+    arm_m = np.linalg.norm(place[source["left_forearm"]] - place[source["left_arm"]]) * METRES[unit]
+    if not UPPER_ARM_M[0] <= arm_m <= UPPER_ARM_M[1]:
+        raise UserError(
+            f"{where}: its upper arm is {arm_m:.3g} m long if its unit is {unit}; correct corpus.motion.unit"
+        )
+
+
+def _check_stance(trunk: Floats, where: str) -> list[str]:
+    """Refuse a trunk whose mean axes (3, 3) lie down; return a note where they face elsewhere than +z."""
+    lean = np.degrees(np.arccos(np.clip(trunk[1, 1], -1, 1)))
+    if lean > LEAN:
+        raise UserError(
+            f"{where}: the trunk leans {lean:.0f} degrees from upright on the mean; correct corpus.motion.up or zero"
+        )
+    heading = np.degrees(np.arctan2(trunk[0, 2], trunk[2, 2]))
+    return [f"faces {heading:.0f} degrees to the left of +z"] if abs(heading) > TURNED else []
+
+
 def world_rotations(clip: Clip) -> Floats:
     """Return the rotation of every joint in the world, (T, J, 3, 3)."""
     world = clip.rotations.copy()
@@ -132,108 +183,3 @@ def world_places(clip: Clip, world: Floats) -> list[Floats]:
             local = np.broadcast_to(local, (len(world), 3))
             places.append(places[parent] + np.einsum("tij,tj->ti", world[:, parent], local))
     return places
-
-
-def rest_pose(clip: Clip, source: dict[str, int], declared: Declaration, where: str) -> dict[str, Floats]:
-    """Return C_j of our joints: from our rest pose to the source's pose at zero angles, in the file's axes."""
-    # SMPL-X bodies stand y up in their own axes, whatever is up in the world they were put into.
-    upright = np.eye(3) if declared.joints == "smplx" else AXES[declared.up].T
-    if declared.zero == "offsets":
-        return _from_offsets(clip, source, where)
-    rest = dict.fromkeys(source, upright)
-    if declared.zero == "t_pose":
-        for name in source:
-            side, _, part = name.partition("_")
-            if part in ("arm", "forearm", "hand"):
-                rest[name] = upright @ T_POSE[side].as_matrix()
-    return rest
-
-
-def _from_offsets(clip: Clip, source: dict[str, int], where: str) -> dict[str, Floats]:
-    """Read the rest pose from the offsets: the trunk by its two axes, each limb by the least turn to its bone."""
-    if clip.offsets is None:
-        raise UserError(f"{where}: has no bone offsets; declare corpus.motion.zero as t_pose or hanging")
-    place = _rest_places(clip)
-    trunk = _trunk(place, source, where)
-    rest = dict.fromkeys(source, trunk)
-    for name in skeleton.JOINTS:  # parents first, so that a hand without a tip follows its forearm
-        side, _, part = name.partition("_")
-        if name not in source or not part:
-            continue
-        bone = _bone(clip, source, place, name, f"{side}_{CHILD.get(part, '')}")
-        if part == "foot":
-            continue  # stands flat at rest, whichever way its bone points
-        if bone is None:
-            rest[name] = rest.get(str(skeleton.PARENT[name]), trunk)
-            continue
-        ours, theirs = np.array([0.0, -1.0, 0.0]), trunk.T @ bone
-        angle = np.degrees(np.arccos(np.clip(ours @ theirs, -1, 1)))
-        if angle > WIDEST:
-            raise UserError(
-                f"{where}: at zero angles '{clip.names[source[name]]}' points up, so its offset does not tell how it "
-                "is turned; declare corpus.motion.zero as t_pose or hanging, or export it with a T-pose at zero"
-            )
-        rest[name] = trunk @ _least_turn(ours, theirs)
-    return rest
-
-
-def _rest_places(clip: Clip) -> Floats:
-    assert clip.offsets is not None
-    place = clip.offsets.copy()
-    for joint, parent in enumerate(clip.parents):
-        if parent >= 0:
-            place[joint] = place[parent] + clip.offsets[joint]
-    return place
-
-
-def _trunk(place: Floats, source: dict[str, int], where: str) -> Floats:
-    """Return the rotation from our axes to the source's trunk at rest: left by the shoulders, up by the spine."""
-    left = place[source["left_arm"]] - place[source["right_arm"]]
-    up = (place[source["left_arm"]] + place[source["right_arm"]]) / 2 - place[source["hips"]]
-    forward = np.cross(left, up)
-    if np.linalg.norm(forward) <= 1e-6 * np.linalg.norm(left) * np.linalg.norm(up):
-        raise UserError(f"{where}: its offsets span no trunk; declare corpus.motion.zero as t_pose or hanging")
-    left, forward = left / np.linalg.norm(left), forward / np.linalg.norm(forward)
-    return np.column_stack([left, np.cross(forward, left), forward])
-
-
-def _bone(clip: Clip, source: dict[str, int], place: Floats, name: str, child: str) -> Floats | None:
-    """Return the unit direction of a limb's bone at rest, or None where the file does not say where it ends."""
-    joint = source[name]
-    if child in source:
-        bone = place[source[child]] - place[joint]
-    elif joint in clip.tips:
-        bone = clip.tips[joint]
-    else:
-        return None
-    length = float(np.linalg.norm(bone))
-    return bone / length if length > 0 else None
-
-
-def _least_turn(start: Floats, end: Floats) -> Floats:
-    """Return the rotation of least angle that turns one unit vector onto another that is not its opposite."""
-    axis, cosine = np.cross(start, end), float(start @ end)
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + cross + cross @ cross / (1 + cosine)
-
-
-SMPLX = {
-    "hips": "pelvis",
-    "spine": "spine1",
-    "chest": "spine3",
-    "neck": "neck",
-    "head": "head",
-    "left_arm": "left_shoulder",
-    "left_forearm": "left_elbow",
-    "left_hand": "left_wrist",
-    "right_arm": "right_shoulder",
-    "right_forearm": "right_elbow",
-    "right_hand": "right_wrist",
-    "left_thigh": "left_hip",
-    "left_shin": "left_knee",
-    "left_foot": "left_ankle",
-    "right_thigh": "right_hip",
-    "right_shin": "right_knee",
-    "right_foot": "right_ankle",
-}
-"""Our joints in SMPL-X; the chest is the vertebra from which neck and collar bones go out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from pathlib import Path
 from typing import NamedTuple
@@ -126,5 +127,7 @@ def _as_ours(channels: Floats, rate: int, path: str | Path) -> Sound:
 
 def write(samples: Floats, path: str | Path) -> None:
     """Write mono sound at ``RATE_HZ`` as 16-bit wav (a floating wav would carry the time of writing)."""
+    encoded = io.BytesIO()  # libsndfile hides why a write failed, and a full disk is to be said
+    soundfile.write(encoded, samples, RATE_HZ, subtype="PCM_16", format="WAV")
     with tables.replacing(path) as temporary:
-        soundfile.write(temporary, samples, RATE_HZ, subtype="PCM_16", format="WAV")
+        temporary.write_bytes(encoded.getvalue())
