@@ -4,6 +4,9 @@ Words fill the stretches between pauses: as many as fit best, their tempo adjust
 puts the planted pitch in place of the synthesiser's own. Then a slow gain brings the sound to the planted intensity.
 Pauses hold the noise of the room, which lies under everything. What is unvoiced stays so: a consonant without voice
 has no pitch to carry.
+
+The synthesiser remembers in a process what it said before, down to a flutter of the voice that nothing resets: the
+same bytes come of the same calls from the start of a process. The rule gives every record a process of its own.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import parselmouth
-from parselmouth.praat import call
+from parselmouth.praat import call, run
 
 from cospeech.errors import UserError
 from cospeech.segments import at_times, frame_times
@@ -27,6 +30,7 @@ from cospeech.studio.sentences import SENTENCES
 Floats = npt.NDArray[np.float64]
 
 LANGUAGE = "Turkish"
+KNOWN_VOICES = "take Female1 to Female5 or Male1 to Male7"
 RATE_HZ = 16000
 WORDS_PER_MINUTE = 175
 LOWEST_HZ, HIGHEST_HZ = 75.0, 350.0
@@ -78,6 +82,8 @@ def speak(
     duration_s = float(prosody["end_s"].iloc[-1])
     frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
     draw = generator(seed, "voice", record)
+    # Overlap-add turns pieces of unvoiced sound round at random: with Praat's generator, which so is ours.
+    run(f"random_initializeWithSeedUnsafelyButPredictably ({draw.integers(2**31)})\n")
     sound = np.zeros(round(duration_s * RATE_HZ))
     lag_s, intensity_db = np.full(len(frames_s), np.nan), np.full(len(frames_s), ROOM_DB)
     whole = plan(prosody, base_hz(voice))
@@ -109,10 +115,12 @@ def base_hz(voice: str) -> float:
 
     Raises
     ------
-    UserError : where Praat knows no such voice.
+    UserError : where Praat knows no such voice, or it whispers.
     """
     sound = _synthesised(_synthesiser(voice), SENTENCES["memory"][0])[1]
     track = sound.to_pitch(pitch_floor=50.0, pitch_ceiling=500.0).selected_array["frequency"]
+    if not track.any():
+        raise UserError(f"config: studio.actors: voice '{voice}' has no pitch; {KNOWN_VOICES}")
     natural = float(np.median(track[track > 0]))
     spoken = [value for pattern in PATTERNS for value in pattern.pitch_st]
     lowest, highest = LOWEST_HZ * 2.0 ** (-min(spoken) / 12.0), HIGHEST_HZ * 2.0 ** (-max(spoken) / 12.0)
@@ -124,8 +132,7 @@ def _synthesiser(voice: str) -> parselmouth.Data:
         synthesiser = call("Create SpeechSynthesizer", LANGUAGE, voice)
     except parselmouth.PraatError as error:
         raise UserError(
-            f"config: studio.actors: Praat's synthesiser has no voice '{voice}'; take Female1 to Female5 or "
-            "Male1 to Male7"
+            f"config: studio.actors: Praat's synthesiser has no voice '{voice}'; {KNOWN_VOICES}"
         ) from error
     call(synthesiser, "Speech output settings", RATE_HZ, 0.01, 1.0, 1.0, WORDS_PER_MINUTE, "IPA")
     return synthesiser
