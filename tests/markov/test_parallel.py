@@ -1,128 +1,270 @@
-"""The parallel HMM against the sum and the maximum over all its paths, and against hmmlearn."""
+"""The parallel HMM against the sum and the maximum over all its paths, against hmmlearn, and on planted models."""
 
-import itertools
+from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hmmlearn.hmm import GaussianHMM
+from small import expected_counts, random_clamp, random_model, sample, weighted_paths
 
 from cospeech.errors import UserError
-from cospeech.markov import parallel, parallel_start
+from cospeech.markov import parallel, parallel_exact, parallel_scaled
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
-
-
-def random_model(rng, branches, states, features, spread=1.0):
-    return ParallelHMM(
-        rng.dirichlet(np.ones(branches)),
-        rng.uniform(0.2, 0.95, (branches, states)),
-        rng.normal(0, spread, (branches, states, features)),
-        rng.uniform(0.3, 1.5, (branches, states, features)),
-    )
-
-
-def sample(model, n_frames, rng):
-    """Draw a sequence (T, D), the branch of every frame and whether a segment begins there."""
-    n_states = model.stay.shape[1]
-    frames, branch, begins = [], [], []
-    m, n, begin = rng.choice(len(model.entry), p=model.entry), 0, True
-    while len(frames) < n_frames:
-        frames.append(rng.normal(model.mean[m, n], np.sqrt(model.variance[m, n])))
-        branch.append(m)
-        begins.append(begin)
-        begin = False
-        if rng.random() >= model.stay[m, n]:
-            n += 1
-            if n == n_states:
-                m, n, begin = rng.choice(len(model.entry), p=model.entry), 0, True
-    return np.array(frames), np.array(branch), np.array(begins)
-
-
-def random_clamp(rng, branches, n_frames):
-    allowed = rng.random((n_frames, branches)) < 0.8
-    cuts = rng.choice([FREE, MUST, NEVER], p=[0.8, 0.1, 0.1], size=n_frames).astype(np.int8)
-    return Clamp(allowed, cuts)
-
-
-def all_paths(model, n_frames, clamp=None):
-    """Yield every path as (branch, place, begins) a frame, and its probability without the densities."""
-    branches, states = model.stay.shape
-    steps = list(itertools.product(range(branches), range(states)))
-
-    def extend(path, probability):
-        t = len(path)
-        if t == n_frames:
-            yield path, probability
-            return
-        cut = FREE if clamp is None or t == 0 else clamp.cuts[t]
-        ways = []
-        if t == 0:
-            ways = [(m, 0, True, model.entry[m]) for m in range(branches)]
-        else:
-            m, n, _ = path[-1]
-            leave = 1 - model.stay[m, n]
-            if cut != MUST:
-                ways.append((m, n, False, model.stay[m, n]))
-                if n + 1 < states:
-                    ways.append((m, n + 1, False, leave))
-            if n + 1 == states and cut != NEVER:
-                ways += [(k, 0, True, leave * model.entry[k]) for k in range(branches)]
-        for m, n, begin, share in ways:
-            if clamp is None or clamp.allowed[t, m]:
-                yield from extend([*path, (m, n, begin)], probability * share)
-
-    assert steps
-    yield from extend([], 1.0)
-
-
-def density(model, frame, m, n):
-    variance = model.variance[m, n]
-    return np.prod(np.exp(-0.5 * (frame - model.mean[m, n]) ** 2 / variance) / np.sqrt(2 * np.pi * variance))
-
-
-def brute_force(model, frames, clamp=None):
-    """Return the likelihood, the posterior of (branch, begins) a frame, and the best path with its probability."""
-    total, best, best_path = 0.0, -1.0, None
-    posterior = np.zeros((len(frames), *model.stay.shape))
-    for path, share in all_paths(model, len(frames), clamp):
-        joint = share * np.prod([density(model, x, m, n) for x, (m, n, _) in zip(frames, path, strict=True)])
-        total += joint
-        for t, (m, n, _) in enumerate(path):
-            posterior[t, m, n] += joint
-        if joint > best:
-            best, best_path = joint, path
-    return total, posterior / total if total > 0 else posterior, best, best_path
-
+from cospeech.markov.parallel_density import LEAST, TINY, exp2
 
 SHAPES = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (2, 3), (3, 2)]
+FLOOR = 1e-3
+
+
+def counts_of(kernel, model, frames, clamp):
+    """Return log-likelihood and counts of one kernel, by (branch, place) and with raw moments."""
+    branches, states, features = model.mean.shape
+    packed = parallel._packed(model)
+    flat = [np.zeros(branches), *(np.zeros(branches * states) for _ in range(3))]
+    flat += [np.zeros((features, branches * states)) for _ in range(2)]
+    found = kernel.expect(frames, *(clamp or parallel.unclamped(branches)), *packed, *flat)
+    if np.isnan(found):
+        return found, ()
+    entered, occupied, stayed, left, first, second = flat
+    second = second + 2 * packed.pivot[:, None] * first + packed.pivot[:, None] ** 2 * occupied
+    first = first + packed.pivot[:, None] * occupied
+    by_place = [values.reshape(states, branches).T for values in (occupied, stayed, left)]
+    moments = [values.T.reshape(states, branches, features).swapaxes(0, 1) for values in (first, second)]
+    return found * np.log(2), (entered, *by_place, *moments)
 
 
 @pytest.mark.parametrize("clamped", [False, True])
-def test_all_paths_of_tiny_models(clamped):
+def test_equals_all_paths_of_tiny_models(clamped):
     rng = np.random.default_rng(7 + clamped)
-    impossible = 0
+    possible = 0
     for trial in range(210):
         branches, states = SHAPES[trial % len(SHAPES)]
         n_frames = int(rng.integers(1, 7))
         model = random_model(rng, branches, states, 2)
         frames = rng.normal(size=(n_frames, 2))
         clamp = random_clamp(rng, branches, n_frames) if clamped else None
-        total, posterior, best, best_path = brute_force(model, frames, clamp)
-        clamps = [clamp] if clamped else None
-        if total == 0.0:
-            impossible += 1
+        paths, joint = weighted_paths(model, frames, clamp)
+        if not joint.sum():
             assert parallel.log_likelihood(model, frames, clamp) == -np.inf
             with pytest.raises(UserError, match="no path"):
                 parallel.decode(model, frames, clamp)
             with pytest.raises(UserError, match="no path"):
-                parallel.expect(model, [frames], clamps)
+                parallel.expect(model, [frames], [clamp])
             continue
-        assert parallel.log_likelihood(model, frames, clamp) == pytest.approx(np.log(total), rel=1e-12, abs=1e-12)
+        possible += 1
+        expected = expected_counts(model, frames, paths, joint / joint.sum())
+        for kernel in (parallel_scaled, parallel_exact):
+            log_likelihood, counts = counts_of(kernel, model, frames, clamp)
+            assert log_likelihood == pytest.approx(np.log(joint.sum()), rel=1e-12, abs=1e-12)
+            for found, true in zip(counts, expected, strict=True):
+                np.testing.assert_allclose(found, true, rtol=1e-9, atol=1e-11)
         path = parallel.decode(model, frames, clamp)
-        assert path.score == pytest.approx(np.log(best), rel=1e-12, abs=1e-12)
-        assert path.branch.tolist() == [m for m, _, _ in best_path]
-        assert path.begins.tolist() == [begin for _, _, begin in best_path]
-        counts = parallel.expect(model, [frames], clamps)
-        assert counts.log_likelihood == pytest.approx(np.log(total), rel=1e-12, abs=1e-12)
-        occupied = np.swapaxes(posterior.sum(axis=0), 0, 1).ravel()
-        np.testing.assert_allclose(counts.occupied, occupied, rtol=1e-9, atol=1e-12)
-    assert impossible < 150
+        best = paths[int(joint.argmax())]
+        assert path.score == pytest.approx(np.log(joint.max()), rel=1e-12, abs=1e-12)
+        assert path.branch.tolist() == [m for m, _, _ in best]
+        assert path.begins.tolist() == [begin for _, _, begin in best]
+    assert possible > 100
+
+
+def dense(model):
+    """Return the same model as hmmlearn's, states branch by branch."""
+    branches, states, features = model.mean.shape
+    first = np.arange(branches) * states
+    transitions = np.diag(model.stay.ravel())
+    for m in range(branches):
+        for n in range(states):
+            leave = 1 - model.stay[m, n]
+            if n + 1 < states:
+                transitions[m * states + n, m * states + n + 1] += leave
+            else:
+                transitions[m * states + n, first] += leave * model.entry
+    peer = GaussianHMM(branches * states, covariance_type="diag", n_iter=1, init_params="", implementation="log")
+    peer.startprob_ = np.zeros(branches * states)
+    peer.startprob_[first] = model.entry
+    peer.transmat_ = transitions
+    peer.means_ = model.mean.reshape(-1, features)
+    peer.covars_ = model.variance.reshape(-1, features)
+    return peer
+
+
+@pytest.mark.parametrize(("branches", "states"), [(1, 1), (3, 2), (8, 3), (5, 9)])
+def test_equals_hmmlearn(branches, states):
+    rng = np.random.default_rng([branches, states])
+    model = random_model(rng, branches, states, 6)
+    frames = [sample(model, n, rng)[0] for n in (1, 63, 64, 65, 500)]
+    peer = dense(model)
+    for sequence in frames:
+        assert parallel.log_likelihood(model, sequence) == pytest.approx(peer.score(sequence), rel=1e-9)
+        if states > 1:  # with one state, staying and coming back are one step to hmmlearn and two to us
+            score, _ = peer.decode(sequence)
+            assert parallel.decode(model, sequence).score == pytest.approx(score, rel=1e-9)
+
+
+def test_one_update_equals_hmmlearn_s():
+    # One branch is a ring, which hmmlearn expresses too; its means and variances carry no prior here.
+    rng = np.random.default_rng(3)
+    model = random_model(rng, 1, 4, 3)
+    sequences = [sample(random_model(rng, 1, 4, 3), n, rng)[0] for n in (200, 150)]
+    peer = dense(model)
+    peer.set_params(covars_prior=0.0, covars_weight=1.0, means_weight=0.0, min_covar=0.0, params="stmc")
+    peer.fit(np.concatenate(sequences), [200, 150])
+    after = parallel.maximise(model, parallel.expect(model, sequences), np.zeros(3))
+    np.testing.assert_allclose(after.mean[0], peer.means_, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(after.variance[0], np.array([np.diag(c) for c in peer.covars_]), rtol=1e-9)
+    np.testing.assert_allclose(after.stay[0], np.diag(peer.transmat_), rtol=1e-9)
+
+
+@pytest.mark.parametrize("floor", [1e-6, 0.3, 5.0])
+@pytest.mark.parametrize("clamped", [False, True])
+def test_likelihood_never_falls(floor, clamped):
+    rng = np.random.default_rng([int(floor * 10), clamped])
+    for trial in range(12):
+        branches, states = [(3, 2), (4, 3), (2, 5)][trial % 3]
+        true = random_model(rng, branches, states, 3, spread=2.0)
+        sequences = [sample(true, n, rng)[0] for n in (130, 70)]
+        clamps = None
+        if clamped:
+            allowed = rng.random((200, branches)) < 0.9
+            allowed[~allowed.any(axis=1)] = True
+            clamps = [Clamp(a, np.zeros(len(a), np.int8)) for a in (allowed[:130], allowed[130:])]
+            clamps = [c._replace(allowed=np.ones_like(c.allowed)) if trial % 2 else c for c in clamps]
+            for clamp in clamps:
+                clamp.cuts[40], clamp.cuts[50:60] = MUST, NEVER
+            if any(parallel.log_likelihood(true, x, c) == -np.inf for x, c in zip(sequences, clamps, strict=True)):
+                continue
+        start = random_model(rng, branches, states, 3, spread=2.0)
+        fit = parallel.fit(start, sequences, np.full(3, floor), 40, 0.0, clamps)
+        steps = np.diff(fit.log_likelihoods)
+        # A step may stand still but for the rounding of sums of 200 terms.
+        assert (steps >= -1e-12 * np.abs(fit.log_likelihoods[1:])).all()
+        assert fit.model.variance.min() >= floor
+        assert np.isfinite(np.concatenate([values.ravel() for values in fit.model])).all()
+
+
+def test_finds_a_planted_model_again():
+    rng = np.random.default_rng(11)
+    true = ParallelHMM(
+        np.array([0.5, 0.3, 0.2]),
+        np.array([[0.8, 0.7], [0.85, 0.8], [0.6, 0.9]]),
+        rng.normal(0, 3, (3, 2, 4)),
+        rng.uniform(0.3, 1.0, (3, 2, 4)),
+    )
+    sequences = [sample(true, 5000, rng)[0] for _ in range(4)]
+    start = true._replace(
+        entry=np.full(3, 1 / 3), stay=np.full((3, 2), 0.5), mean=true.mean + rng.normal(0, 0.5, true.mean.shape)
+    )
+    found = parallel.fit(start, sequences, np.full(4, FLOOR), 60, 1e-9).model
+    # Four standard errors of 20,000 frames in six states, about 3,000 a state and 300 passes through a branch.
+    np.testing.assert_allclose(found.entry, true.entry, atol=4 * np.sqrt(0.25 / 1300))
+    np.testing.assert_allclose(found.stay, true.stay, atol=4 * np.sqrt(0.16 / 1200))
+    np.testing.assert_allclose(found.mean, true.mean, atol=4 * np.sqrt(1.0 / 1200))
+    np.testing.assert_allclose(found.variance, true.variance, rtol=4 * np.sqrt(2.0 / 1200))
+
+
+def test_a_state_that_no_frame_visits_keeps_its_parameters():
+    rng = np.random.default_rng(5)
+    model = random_model(rng, 3, 2, 2)
+    far = model._replace(mean=model.mean.copy())
+    far.mean[2] += 1e4
+    fit = parallel.fit(far, [sample(model, 300, rng)[0]], np.full(2, FLOOR), 10)
+    assert np.isfinite(np.concatenate([values.ravel() for values in fit.model])).all()
+    np.testing.assert_array_equal(fit.model.mean[2], far.mean[2])
+    np.testing.assert_array_equal(fit.model.stay[2], far.stay[2])
+    assert fit.model.entry[2] < 1e-12
+
+
+def test_extreme_outliers_are_survived_and_exact():
+    rng = np.random.default_rng(9)
+    model = random_model(rng, 4, 3, 6)
+    model = model._replace(variance=model.variance * 0.01)
+    frames = sample(model, 3000, rng)[0]
+    frames[rng.choice(3000, 30)] *= 1e4
+    frames[1500] = 1e8
+    log_likelihood = parallel.log_likelihood(model, frames)
+    assert np.isfinite(log_likelihood)
+    assert log_likelihood == pytest.approx(dense(model).score(frames), rel=1e-9)
+    fit = parallel.fit(model, [frames], np.full(6, FLOOR), 5)
+    assert (np.diff(fit.log_likelihoods) > 0).all()
+
+
+def test_scaled_probabilities_know_when_they_lose_the_path():
+    # Leaving the first branch costs a state that fits none of the frames, more than a double can hold; staying costs
+    # little in every single frame, yet more in all. Rounded down, the way out is lost: the two bounds must tell.
+    model = ParallelHMM(
+        np.array([1.0 - 1e-9, 1e-9]),
+        np.full((2, 2), 0.5),
+        np.array([[[0.0], [300.0]], [[8.0], [8.0]]]),
+        np.ones((2, 2, 1)),
+    )
+    frames = np.concatenate([np.zeros((50, 1)), np.full((3000, 1), 8.0)])
+    scaled, _ = counts_of(parallel_scaled, model, frames, None)
+    exact, _ = counts_of(parallel_exact, model, frames, None)
+    assert np.isnan(scaled)
+    assert parallel.log_likelihood(model, frames) == exact == pytest.approx(dense(model).score(frames), rel=1e-9)
+
+
+def test_two_passes_through_one_branch_are_two_segments():
+    model = ParallelHMM(
+        np.array([0.5, 0.5]),
+        np.full((2, 2), 0.5),
+        np.array([[[0.0], [5.0]], [[-5.0], [-9.0]]]),
+        np.ones((2, 2, 1)),
+    )
+    frames = np.array([0, 0, 5, 5, 0, 5, 5, -5, -9], dtype=float)[:, None]
+    path = parallel.decode(model, frames)
+    assert path.branch.tolist() == [0] * 7 + [1] * 2
+    assert np.flatnonzero(path.begins).tolist() == [0, 4, 7]
+
+
+def test_clamped_spans_keep_branch_and_boundaries():
+    rng = np.random.default_rng(2)
+    model = random_model(rng, 3, 2, 2)
+    frames = rng.normal(size=(40, 2))
+    allowed = np.ones((40, 3), bool)
+    allowed[10:20] = [False, False, True]
+    cuts = np.full(40, FREE, np.int8)
+    cuts[[10, 20]], cuts[11:20] = MUST, NEVER
+    path = parallel.decode(model, frames, Clamp(allowed, cuts))
+    assert (path.branch[10:20] == 2).all()
+    assert np.flatnonzero(path.begins[10:21]).tolist() == [0, 10]
+
+
+def test_alpha_and_beta_equal_all_paths():
+    rng = np.random.default_rng(4)
+    model = random_model(rng, 3, 2, 2)
+    frames = [rng.normal(size=(n, 2)) for n in (9, 6)]
+    paths = [parallel.decode(model, x) for x in frames]
+    total = 0.0
+    for x, path in zip(frames, paths, strict=True):
+        starts = [*np.flatnonzero(path.begins), len(x)]
+        for start, end in pairwise(starts):
+            alone = []
+            for m in range(3):
+                branch = ParallelHMM(np.ones(1), *(values[m : m + 1] for values in model[1:]))
+                never = Clamp(np.ones((end - start, 1), bool), np.full(end - start, NEVER, np.int8))
+                alone.append(np.log(weighted_paths(branch, x[start:end], never)[1].sum()))
+            first, second = sorted(alone, reverse=True)[:2]
+            total += first - second
+    assert parallel.beta(model, frames, paths) == pytest.approx(total / 15, rel=1e-12)
+    assert parallel.alpha(-30.0, 15) == -2.0
+
+
+def test_the_same_bytes_each_time():
+    rng = np.random.default_rng(8)
+    model = random_model(rng, 5, 3, 6)
+    sequences = [sample(model, n, rng)[0] for n in (400, 300)]
+    one, two = (
+        parallel.fit(random_model(np.random.default_rng(1), 5, 3, 6), sequences, np.full(6, FLOOR), 8) for _ in "ab"
+    )
+    for first, second in zip(one.model, two.model, strict=True):
+        assert first.tobytes() == second.tobytes()
+
+
+def test_exponential_is_that_of_libm():
+    x = np.concatenate([np.linspace(-980, 0, 200_001), -np.geomspace(1e-300, 1, 1000)])
+    ours = np.array([exp2(value) for value in x])
+    np.testing.assert_allclose(ours, np.exp2(x), rtol=5e-16)
+    assert exp2(-5000.0) == exp2(-np.inf) == exp2(LEAST) == TINY
+    assert exp2(0.0) == 1.0

@@ -56,8 +56,11 @@ def log_densities(
 @numba.njit(cache=True)
 def _forward(
     t: int, alpha: Float, density: Float, cut: int, entry: Float, stay: Float, leave: Float, after: Float
-) -> float:
-    """Fill ``after`` (S,) from ``alpha`` (S,) one frame earlier; return the shared node between the two."""
+) -> tuple[float, float]:
+    """Fill ``after`` (S,) from ``alpha`` (S,) one frame earlier; return the shared node between them and the sum.
+
+    Each frame is scaled to the sum 1, so that one of astronomic improbability leaves the others their digits.
+    """
     n_branches = len(entry)
     node = 0.0 if t == 0 else IMPOSSIBLE if cut == NEVER else log_sum(alpha[-n_branches:], leave[-n_branches:])
     within = t > 0 and cut != MUST
@@ -68,7 +71,9 @@ def _forward(
         elif within:
             value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
         after[s] = value + density[s]
-    return node
+    total = log_sum(after, np.zeros(len(after)))
+    after -= total
+    return node, total
 
 
 @numba.njit(cache=True)
@@ -96,19 +101,22 @@ def expect(
     entry, stay, leave = np.log(entry), np.log(stay), np.log(leave)
     clamped = len(allowed) > 0
     anything = np.ones(0, np.bool_)
-    alphas, densities, nodes = np.empty((BLOCK + 1, n_states)), np.empty((BLOCK, n_states)), np.empty(BLOCK)
+    alphas, densities = np.empty((BLOCK + 1, n_states)), np.empty((BLOCK, n_states))
+    nodes, sums = np.empty(BLOCK), np.empty(BLOCK)
     checkpoints = np.zeros(((n_frames + BLOCK - 1) // BLOCK, n_states))
     alpha, after = np.zeros(n_states), np.empty(n_states)
+    likelihood = 0.0
     for t in range(n_frames):
         if t % BLOCK == 0:
             checkpoints[t // BLOCK] = alpha
         may = allowed[t] if clamped else anything
         log_densities(frames[t], may, weight, shift, constant, pivot, densities[0])
-        _forward(t, alpha, densities[0], cuts[t] if len(cuts) > 0 else FREE, entry, stay, leave, after)
+        cut = cuts[t] if len(cuts) > 0 else FREE
+        _, total = _forward(t, alpha, densities[0], cut, entry, stay, leave, after)
+        if total == IMPOSSIBLE:
+            return total
+        likelihood += total
         alpha, after = after, alpha
-    total = log_sum(alpha, np.zeros(n_states))
-    if total == IMPOSSIBLE:
-        return total / LOG_2
 
     beta, follow = np.zeros(n_states), np.empty(n_states)
     for j in range(len(checkpoints) - 1, -1, -1):
@@ -119,27 +127,27 @@ def expect(
             may = allowed[t] if clamped else anything
             log_densities(frames[t], may, weight, shift, constant, pivot, densities[k])
             cut = cuts[t] if len(cuts) > 0 else FREE
-            nodes[k] = _forward(t, alphas[k], densities[k], cut, entry, stay, leave, alphas[k + 1])
+            nodes[k], sums[k] = _forward(t, alphas[k], densities[k], cut, entry, stay, leave, alphas[k + 1])
         for t in range(end - 1, start - 1, -1):
             k = t - start
             for s in range(n_states):
-                follow[s] = densities[k, s] + beta[s]
-                gamma = math.exp(alphas[k + 1, s] + beta[s] - total)
+                follow[s] = densities[k, s] + beta[s] - sums[k]
+                gamma = math.exp(alphas[k + 1, s] + beta[s])
                 occupied[s] += gamma
                 for d in range(frames.shape[1]):
                     x = frames[t, d] - pivot[d]
                     first[d, s] += gamma * x
                     second[d, s] += gamma * x * x
             for m in range(n_branches):
-                entered[m] += math.exp(nodes[k] + entry[m] + follow[m] - total)
+                entered[m] += math.exp(nodes[k] + entry[m] + follow[m])
             if t > 0:
                 cut = cuts[t] if len(cuts) > 0 else FREE
                 _backward(follow, cut, entry, stay, leave, beta)
                 for s in range(n_states):
-                    kept = 0.0 if cut == MUST else math.exp(alphas[k, s] + stay[s] + follow[s] - total)
+                    kept = 0.0 if cut == MUST else math.exp(alphas[k, s] + stay[s] + follow[s])
                     stayed[s] += kept
-                    left[s] += max(math.exp(alphas[k, s] + beta[s] - total) - kept, 0.0)
-    return total / LOG_2
+                    left[s] += max(math.exp(alphas[k, s] + beta[s]) - kept, 0.0)
+    return likelihood / LOG_2
 
 
 @numba.njit(cache=True)
