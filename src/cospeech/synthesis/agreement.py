@@ -11,10 +11,11 @@ from cospeech import segments
 
 def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     """Return Cohen's kappa of two label sequences, (T,) each; 0 where chance alone would agree wholly."""
-    one, other = np.asarray(actual), np.asarray(made)
-    labels = set(one) | set(other)
-    right = float(np.mean(one == other))
-    chance = sum(float(np.mean(one == label)) * float(np.mean(other == label)) for label in labels)
+    codes, names = pd.factorize(np.concatenate([actual, made]))
+    one, other = np.split(codes, 2)
+    together = np.bincount(one * len(names) + other, minlength=len(names) ** 2).reshape(len(names), -1) / len(one)
+    right = float(np.trace(together))
+    chance = float(together.sum(axis=1) @ together.sum(axis=0))
     return (right - chance) / (1 - chance) if chance < 1 else 0.0
 
 

@@ -1,0 +1,69 @@
+"""An actor with planted gestures and speech, and a knob for how much the one tells about the other."""
+
+import numpy as np
+import pandas as pd
+
+from cospeech import segments
+from cospeech.segments import GESTURES
+
+FRAME_S = 0.025
+CLUSTERS = 8
+PATTERNS = np.array(segments.prosody_labels(CLUSTERS), dtype=object)
+INTONATION_S = (0.4, 1.5)
+
+
+class Actor:
+    """Gestures: a semi-Markov process of seven classes. Speech: intonation phrases of eight patterns."""
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        n = len(GESTURES)
+        self.initial = rng.dirichlet(np.ones(n))
+        self.transitions = rng.dirichlet(np.full(n, 0.8), n)
+        self.mean_s = rng.uniform(0.8, 3.0, n)
+        self.own_patterns = rng.dirichlet(np.full(CLUSTERS, 0.5), n)
+        self.patterns = rng.dirichlet(np.full(CLUSTERS, 3.0))
+
+    def gestures(self, rng, n_frames):
+        """First frames and classes of the gesture phrases, each at least 0.2 s and mostly 0.5 to 6 s long."""
+        starts, classes = [], []
+        frame, probability = 0, self.initial
+        while frame < n_frames:
+            classes.append(rng.choice(len(probability), p=probability))
+            starts.append(frame)
+            frame += max(8, round(rng.gamma(6, self.mean_s[classes[-1]] / 6) / FRAME_S))
+            probability = self.transitions[classes[-1]]
+        return np.array(starts), np.array(classes)
+
+    def speech(self, rng, n_frames, probability):
+        """The pattern of every frame of a process of intonation phrases."""
+        shortest, longest = (round(limit / FRAME_S) for limit in INTONATION_S)
+        lengths = rng.integers(shortest, longest + 1, size=n_frames // shortest + 1)
+        return np.repeat(rng.choice(CLUSTERS, p=probability, size=len(lengths)), lengths)[:n_frames]
+
+    def record(self, name, seed, duration_s, coupling):
+        """Segment tables of gestures and prosody of one record.
+
+        A gesture phrase is coupled with probability ``coupling``: then its speech starts and is cut off with it, and
+        draws the gesture's own patterns. A process that knows nothing of gestures speaks over all the others.
+        """
+        n_frames = round(duration_s / FRAME_S)
+        starts, classes = self.gestures(np.random.default_rng([seed, 1]), n_frames)
+        rng = np.random.default_rng([seed, 2])
+        heard = self.speech(rng, n_frames, self.patterns)
+        for start, end, gesture in zip(starts, np.append(starts[1:], n_frames), classes, strict=True):
+            if rng.random() < coupling:
+                heard[start:end] = self.speech(rng, end - start, self.own_patterns[gesture])
+        labels = np.array(GESTURES, dtype=object)[classes]
+        return (
+            segments.from_starts(name, starts, labels, n_frames, 1 / FRAME_S),
+            segments.from_labels(name, PATTERNS[heard], 1 / FRAME_S),
+        )
+
+
+def corpus(seed, n_records, duration_s, coupling):
+    """Gesture and prosody segments of all records of one actor, r0, r1, ..., on the prosody frame."""
+    actor = Actor(seed)
+    records = [actor.record(f"r{r}", [seed, r], duration_s, coupling) for r in range(n_records)]
+    gestures, prosody = zip(*records, strict=True)
+    return pd.concat(gestures, ignore_index=True), pd.concat(prosody, ignore_index=True)
