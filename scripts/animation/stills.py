@@ -1,0 +1,16 @@
+"""A typical picture of each gesture class, from real frames of the corpus."""
+
+import pandas as pd
+
+from cospeech import job
+from cospeech.animation import picture, stills
+
+with job.run(snakemake) as work:
+    phrases = pd.concat([work.read(path, "segments") for path in work.input.phrases], ignore_index=True)
+    motions = {
+        record: work.read(path, "motion")
+        for record, path in zip(work.params["records"], work.input.motions, strict=True)
+    }
+    table = stills.typical(phrases, motions, work.params["labels"])
+    work.write(table, work.output.table, "stills")
+    picture.save(stills.grid(table, motions), work.output.picture)

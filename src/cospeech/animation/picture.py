@@ -1,0 +1,139 @@
+"""What stands around a figure: background, captions, the coloured tag of the gesture, the strip of phrases."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from cospeech import segments, tables
+
+Image = npt.NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+INK: Colour = (52, 56, 64)
+FAINT: Colour = (128, 133, 142)
+
+GESTURE_COLOURS: dict[str, Colour] = {
+    "raise_both": (124, 92, 184),
+    "rest": (158, 163, 171),
+    "left": (46, 124, 196),
+    "perpendicular": (42, 150, 128),
+    "contact": (204, 76, 96),
+    "open": (201, 154, 36),
+    "right": (235, 127, 55),
+}
+"""The colour of each gesture class; left and right are those of the arms."""
+
+MORE_COLOURS: tuple[Colour, ...] = ((108, 140, 56), (176, 88, 160), (70, 160, 190), (150, 110, 80))
+"""Colours for classes of another set of gestures, in turn."""
+
+
+def gesture_colour(label: str) -> Colour:
+    """Return the colour of a gesture class; a class that Table 4.1 does not know gets one by its letters."""
+    return GESTURE_COLOURS.get(label, MORE_COLOURS[sum(label.encode()) % len(MORE_COLOURS)])
+
+
+def background(height: int, width: int) -> Image:
+    """Return an empty light picture (height, width, 3), a little darker toward the floor."""
+    down = np.linspace(0, 1, height)[:, None, None] ** 2
+    shade = (1 - down) * np.array([248.0, 247.0, 245.0]) + down * np.array([233.0, 232.0, 229.0])
+    return np.broadcast_to(np.round(shade), (height, width, 3)).astype(np.uint8)
+
+
+@functools.cache
+def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
+    """Return DejaVu Sans at ``size`` pixels, out of matplotlib's package (which is not imported for it)."""
+    found = importlib.util.find_spec("matplotlib")
+    assert found is not None
+    assert found.origin is not None
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    return ImageFont.truetype(str(Path(found.origin).parent / "mpl-data" / "fonts" / "ttf" / name), size)
+
+
+@functools.cache
+def lettering(text: str, size: int, bold: bool = False) -> npt.NDArray[np.float32]:
+    """Return how much ink ``text`` puts on each pixel (h, w) in [0, 1]; h is the same for every text of a size."""
+    face = font(size, bold)
+    ascent, descent = face.getmetrics()
+    plate = Pillow.new("L", (max(1, round(face.getlength(text)) + 1), ascent + descent))
+    ImageDraw.Draw(plate).text((0, 0), text, font=face, fill=255)
+    return np.asarray(plate, dtype=np.float32) / np.float32(255)
+
+
+@functools.cache
+def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
+    """Return the pill that names a gesture: colours (h, w, 3) and opacity (h, w)."""
+    ink = lettering(label.replace("_", " "), size, True)
+    across, up = round(0.75 * size), round(0.12 * size)
+    height, width = ink.shape[0] + 2 * up, ink.shape[1] + 2 * across
+    fine = Pillow.new("L", (4 * width, 4 * height))
+    ImageDraw.Draw(fine).rounded_rectangle((0, 0, 4 * width - 1, 4 * height - 1), 2 * height, fill=255)
+    shape = np.asarray(fine.resize((width, height), Pillow.Resampling.BOX), dtype=np.float32) / np.float32(255)
+    colours = np.empty((height, width, 3), dtype=np.float32)
+    colours[:] = gesture_colour(label)
+    inner = colours[up : up + ink.shape[0], across : across + ink.shape[1]]
+    inner += ink[..., None] * (255 - inner)
+    return np.round(colours).astype(np.uint8), shape
+
+
+def lay(image: Image, top: int, left: int, colours: Image | Colour, opacity: npt.NDArray[np.float32]) -> None:
+    """Lay colours (h, w, 3), or one colour, with an opacity (h, w) on ``image`` in place; what sticks out is cut."""
+    height, width = opacity.shape
+    part = image[top : top + height, left : left + width]
+    cover = opacity[: part.shape[0], : part.shape[1], None]
+    ink = np.asarray(colours, dtype=np.float32)
+    if ink.ndim == 3:
+        ink = ink[: part.shape[0], : part.shape[1]]
+    part[:] = np.round(part + cover * (ink - part))
+
+
+def write(image: Image, text: str, top: int, left: int, size: int, colour: Colour = INK, bold: bool = False) -> int:
+    """Write ``text`` with its upper left corner at (top, left); return its width."""
+    ink = lettering(text, size, bold)
+    lay(image, top, left, colour, ink)
+    return ink.shape[1]
+
+
+class Strip:
+    """The phrases of a record as a coloured band, with a mark that moves along with the time."""
+
+    def __init__(self, phrases: pd.DataFrame, duration_s: float, box: tuple[int, int, int, int]) -> None:
+        self.left, self.top, self.right, self.bottom = box
+        self.duration_s = duration_s
+        self.phrases = phrases
+
+    def draw(self, image: Image) -> None:
+        """Draw the band."""
+        for label, start, end in zip(
+            self.phrases["label"], self.phrases["start_s"], self.phrases["end_s"], strict=True
+        ):
+            first, last = self._column(start), self._column(end)
+            image[self.top : self.bottom, first : max(last - 1, first + 1)] = gesture_colour(label)
+
+    def mark(self, image: Image, time_s: float) -> None:
+        """Draw the mark at ``time_s``."""
+        column = self._column(time_s)
+        image[self.top - 3 : self.bottom + 3, column - 1 : column + 1] = INK
+
+    def _column(self, time_s: float) -> int:
+        share = min(max(time_s / self.duration_s, 0.0), 1.0)
+        return round(self.left + share * (self.right - self.left))
+
+
+def labels_at(phrases: pd.DataFrame, times_s: Sequence[float] | npt.NDArray[np.float64]) -> list[str]:
+    """Return the gesture that is shown at each time."""
+    return list(phrases["label"].to_numpy(dtype=object)[segments.at_times(phrases, times_s)])
+
+
+def save(image: Image, path: str | Path) -> None:
+    """Write a picture as PNG, all or nothing."""
+    with tables.replacing(path) as temporary:
+        Pillow.fromarray(image).save(temporary, format="png", optimize=True)

@@ -1,0 +1,315 @@
+"""The compiled part of drawing: turn a body's surface to a camera, fill its faces, lay them on the picture.
+
+Four samples a pixel give smooth outlines, a depth for each sample settles what hides what, and near edges darken
+what lies behind them. One thread and plain arithmetic in float32: the same picture on every run.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+Image = npt.NDArray[np.uint8]
+Singles = npt.NDArray[np.float32]
+
+
+@numba.njit(cache=True)
+def shade_floor(image: Image, box: npt.NDArray[np.int64], spots: Singles) -> None:
+    """Darken soft ellipses of ``image`` (H, W, 3) inside ``box`` (left, top, right, bottom).
+
+    ``spots`` (n, 5): middle x and y, half width and half height in pixels, strength in [0, 1].
+    """
+    for k in range(len(spots)):
+        x, y, width, height, strength = spots[k]
+        for row in range(max(box[1], int(y - height)), min(box[3], int(y + height) + 2)):
+            down = (row + np.float32(0.5) - y) / height
+            for column in range(max(box[0], int(x - width)), min(box[2], int(x + width) + 2)):
+                across = (column + np.float32(0.5) - x) / width
+                inside = np.float32(1.0) - across * across - down * down
+                if inside > 0:
+                    keep = np.float32(1.0) - strength * inside * inside
+                    for c in range(3):
+                        image[row, column, c] = np.uint8(image[row, column, c] * keep + np.float32(0.5))
+
+
+@numba.njit(cache=True)
+def draw_body(
+    image: Image,
+    box: npt.NDArray[np.int64],
+    place: Singles,
+    normal: Singles,
+    joint: npt.NDArray[np.int32],
+    share: Singles,
+    face: npt.NDArray[np.int32],
+    paint: npt.NDArray[np.uint8],
+    turn: Singles,
+    shift: Singles,
+    lens: Singles,
+    tones: Singles,
+) -> None:
+    """Draw one body into ``box`` (left, top, right, bottom) of ``image`` (H, W, 3).
+
+    Parameters
+    ----------
+    place, normal, joint, share, face, paint : the fields of ``body.Mesh``.
+    turn, shift : (J, 3, 3) and (J, 3), from the pose of zero angles to the camera's axes (right, up, toward it),
+        with the camera's target as origin, for each joint.
+    lens : (4,) distance of the camera from its target in metres, focal length in pixels, and the pixel of the target.
+    tones : (256 * paints, 3) the colour of each paint at each brightness.
+    """
+    left, top, right, bottom = box
+    points, light = _project(place, normal, joint, share, turn, shift, lens)
+    points[:, 0] = (points[:, 0] - np.float32(left)) * np.float32(2.0)
+    points[:, 1] = (points[:, 1] - np.float32(top)) * np.float32(2.0)
+    height, width = 2 * (bottom - top), 2 * (right - left)
+    x0 = max(0, int(np.floor(points[:, 0].min())) & ~1)
+    y0 = max(0, int(np.floor(points[:, 1].min())) & ~1)
+    x1 = min(width, (int(np.ceil(points[:, 0].max())) + 2) & ~1)
+    y1 = min(height, (int(np.ceil(points[:, 1].max())) + 2) & ~1)
+    if x0 >= x1 or y0 >= y1:
+        return
+    nearness = np.zeros((y1 - y0, x1 - x0), dtype=np.float32)
+    tone = np.empty((y1 - y0, x1 - x0), dtype=np.uint16)
+    points[:, 0] -= np.float32(x0)
+    points[:, 1] -= np.float32(y0)
+    _fill(points, light, face, paint, nearness, tone)
+    _lay(image, top + y0 // 2, left + x0 // 2, nearness, tone, tones, lens)
+
+
+@numba.njit(cache=True)
+def _project(
+    place: Singles,
+    normal: Singles,
+    joint: npt.NDArray[np.int32],
+    share: Singles,
+    turn: Singles,
+    shift: Singles,
+    lens: Singles,
+) -> tuple[Singles, Singles]:
+    """Return pixel x, y and nearness (V, 3), nearness being 1 / distance, and the brightness (V,) in [0, 255]."""
+    points = np.empty((len(place), 3), dtype=np.float32)
+    light = np.empty(len(place), dtype=np.float32)
+    one = np.float32(1.0)
+    unmoved = np.zeros(3, dtype=np.float32)
+    for v in range(len(place)):
+        first, second = joint[v]
+        w = share[v]
+        x, y, z = _bend(turn[first], shift[first], place[v])
+        right, up, toward = _bend(turn[first], unmoved, normal[v])
+        if w < one:
+            x2, y2, z2 = _bend(turn[second], shift[second], place[v])
+            right2, up2, toward2 = _bend(turn[second], unmoved, normal[v])
+            x, y, z = w * x + (one - w) * x2, w * y + (one - w) * y2, w * z + (one - w) * z2
+            right, up = w * right + (one - w) * right2, w * up + (one - w) * up2
+            toward = w * toward + (one - w) * toward2
+        near = one / (lens[0] - z)
+        points[v, 0] = lens[2] + lens[1] * x * near
+        points[v, 1] = lens[3] - lens[1] * y * near
+        points[v, 2] = near
+        light[v] = _brightness(right, up, toward)
+    return points, light
+
+
+@numba.njit(cache=True)
+def _bend(turn: Singles, shift: Singles, vector: Singles) -> tuple[np.float32, np.float32, np.float32]:
+    """Return ``turn @ vector + shift``, without an array for it."""
+    x, y, z = vector[0], vector[1], vector[2]
+    return (
+        turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0],
+        turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1],
+        turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2],
+    )
+
+
+@numba.njit(cache=True)
+def _brightness(right: np.float32, up: np.float32, toward: np.float32) -> np.float32:
+    """Return the light on a surface whose normal is given in the camera's axes, in [0, 250].
+
+    A large soft lamp from above to the left, the sky, the bright floor, and a rim where the surface turns away.
+    """
+    none, all_ = np.float32(0.0), np.float32(1.0)
+    lamp = np.float32(-0.46) * right + np.float32(0.62) * up + np.float32(0.64) * toward
+    soft: np.float32 = max(none, (lamp + np.float32(0.35)) / np.float32(1.35))
+    sky: np.float32 = max(none, up)
+    floor: np.float32 = max(none, -up)
+    away: np.float32 = all_ - max(none, toward)
+    rim: np.float32 = away * away * away * max(none, right)
+    bright = np.float32(40.0) + np.float32(158.0) * soft + np.float32(26.0) * (sky + rim) + np.float32(18.0) * floor
+    return min(np.float32(250.0), bright)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _fill(
+    points: Singles,
+    light: Singles,
+    face: npt.NDArray[np.int32],
+    paint: npt.NDArray[np.uint8],
+    nearness: Singles,
+    tone: npt.NDArray[np.uint16],
+) -> None:
+    """Fill the faces that look to the camera into the sample planes, the nearest on top.
+
+    The four edges of a face mark where each row of samples begins and ends, with nearness and brightness there;
+    between the two ends these run evenly.
+    """
+    height, width = nearness.shape
+    half, slack = np.float32(0.5), np.float32(0.001)  # the slack: rounding opens no crack between neighbours
+    begin = np.empty((height, 3), dtype=np.float32)
+    end = np.empty((height, 3), dtype=np.float32)
+    for f in range(len(face)):
+        a, b, c, d = face[f, 0], face[f, 1], face[f, 2], face[f, 3]
+        area = (points[c, 0] - points[a, 0]) * (points[d, 1] - points[b, 1])
+        area -= (points[d, 0] - points[b, 0]) * (points[c, 1] - points[a, 1])
+        if area >= 0:  # pixels count downward: what is counter-clockwise seen from outside has a negative area
+            continue
+        top = min(min(points[a, 1], points[b, 1]), min(points[c, 1], points[d, 1]))
+        low = max(max(points[a, 1], points[b, 1]), max(points[c, 1], points[d, 1]))
+        first, last = max(0, int(np.ceil(top - half))), min(height - 1, int(np.floor(low - half)))
+        if first > last:
+            continue
+        for y in range(first, last + 1):
+            begin[y, 0] = np.float32(width)
+            end[y, 0] = np.float32(-1.0)
+        for k in range(4):
+            _mark(points, light, face[f, k], face[f, (k + 1) & 3], begin, end)
+        base = np.float32(256 * np.int64(paint[f]))
+        for y in range(first, last + 1):
+            x = begin[y, 0]
+            room = max(end[y, 0] - x, half)
+            step_near = (end[y, 1] - begin[y, 1]) / room
+            step_bright = (end[y, 2] - begin[y, 2]) / room
+            start = max(0, int(np.ceil(x - half - slack)))
+            stop = min(width - 1, int(np.floor(end[y, 0] - half + slack)))
+            ahead = np.float32(start) + half - x
+            near = begin[y, 1] + ahead * step_near
+            bright = begin[y, 2] + ahead * step_bright
+            for column in range(start, stop + 1):
+                if near > nearness[y, column]:
+                    nearness[y, column] = near
+                    tone[y, column] = np.uint16(base + bright)
+                near += step_near
+                bright += step_bright
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: Singles) -> None:
+    """Widen the rows between ``begin`` and ``end`` (x, nearness, brightness of each row) to the edge from a to b."""
+    half = np.float32(0.5)
+    if points[a, 1] > points[b, 1]:
+        a, b = b, a
+    first = max(0, int(np.ceil(points[a, 1] - half)))
+    last = min(len(begin) - 1, int(np.floor(points[b, 1] - half)))
+    if first > last:
+        return
+    per_row = np.float32(1.0) / max(points[b, 1] - points[a, 1], np.float32(1e-6))
+    step_x = (points[b, 0] - points[a, 0]) * per_row
+    step_near = (points[b, 2] - points[a, 2]) * per_row
+    step_bright = (light[b] - light[a]) * per_row
+    down = np.float32(first) + half - points[a, 1]
+    x = points[a, 0] + down * step_x
+    near = points[a, 2] + down * step_near
+    bright = light[a] + down * step_bright
+    for y in range(first, last + 1):
+        if x < begin[y, 0]:
+            begin[y, 0], begin[y, 1], begin[y, 2] = x, near, bright
+        if x > end[y, 0]:
+            end[y, 0], end[y, 1], end[y, 2] = x, near, bright
+        x += step_x
+        near += step_near
+        bright += step_bright
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _lay(
+    image: Image,
+    top: int,
+    left: int,
+    nearness: Singles,
+    tone: npt.NDArray[np.uint16],
+    tones: Singles,
+    lens: Singles,
+) -> None:
+    """Lay the samples on the picture, four a pixel, darkened where something close by stands in front."""
+    height, width = nearness.shape
+    around = _surroundings(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.0225))))
+    quarter, half = np.float32(0.25), np.float32(0.5)
+    for y in range(0, height, 2):
+        for x in range(0, width, 2):
+            near = _nearest(nearness, y, x)
+            if near == 0:
+                continue
+            # Nearness is 1 / distance: its difference over its square is metres.
+            ahead = max(np.float32(0.0), (around[y >> 2, x >> 2] - near) / (near * near) - np.float32(0.004))
+            keep = np.float32(1.0) - half * ahead / (ahead + np.float32(0.06))
+            pixel = image[top + (y >> 1), left + (x >> 1)]
+            red = green = blue = np.float32(0.0)
+            covered = 0
+            for j in range(2):
+                for i in range(2):
+                    if nearness[y + j, x + i] > 0:
+                        shown = tones[tone[y + j, x + i]]
+                        red += shown[0]
+                        green += shown[1]
+                        blue += shown[2]
+                        covered += 1
+            keep *= quarter
+            through = quarter * np.float32(4 - covered)
+            pixel[0] = np.uint8(keep * red + through * pixel[0] + half)
+            pixel[1] = np.uint8(keep * green + through * pixel[1] + half)
+            pixel[2] = np.uint8(keep * blue + through * pixel[2] + half)
+
+
+@numba.njit(cache=True)
+def _nearest(nearness: Singles, y: int, x: int) -> float:
+    """Return the nearest of the four samples of a pixel."""
+    return max(max(nearness[y, x], nearness[y, x + 1]), max(nearness[y + 1, x], nearness[y + 1, x + 1]))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _surroundings(nearness: Singles, reach: int) -> Singles:
+    """Return the mean nearness of the body around every block of 2 x 2 pixels, ``reach`` blocks to each side."""
+    height, width = (nearness.shape[0] + 3) // 4, (nearness.shape[1] + 3) // 4
+    total = np.zeros((height + 1, width), dtype=np.float32)
+    count = np.zeros((height + 1, width), dtype=np.float32)
+    for y in range(height):
+        row = min(4 * y + 2, nearness.shape[0] - 1)
+        for x in range(width):
+            near = nearness[row, min(4 * x + 2, nearness.shape[1] - 1)]
+            total[y + 1, x] = total[y, x] + near
+            count[y + 1, x] = count[y, x] + (np.float32(1.0) if near > 0 else np.float32(0.0))
+    mean = np.empty((height, width), dtype=np.float32)
+    sums = np.zeros(width + 1, dtype=np.float32)
+    counts = np.zeros(width + 1, dtype=np.float32)
+    for y in range(height):
+        low, high = max(0, y - reach), min(height, y + reach + 1)
+        for x in range(width):
+            sums[x + 1] = sums[x] + (total[high, x] - total[low, x])
+            counts[x + 1] = counts[x] + (count[high, x] - count[low, x])
+        for x in range(width):
+            first, last = max(0, x - reach), min(width, x + reach + 1)
+            mean[y, x] = (sums[last] - sums[first]) / max(np.float32(1.0), counts[last] - counts[first])
+    return mean
+
+
+@numba.njit(cache=True)
+def to_yuv(image: Image, light: Image, blueness: Image, redness: Image) -> None:
+    """Turn a picture (H, W, 3), both even, into the planes of yuv420p: BT.709 in video range, in whole numbers.
+
+    ``light`` is (H, W); ``blueness`` and ``redness`` are (H / 2, W / 2), the mean of 2 x 2 pixels.
+    """
+    height, width = blueness.shape
+    for y in range(height):
+        for x in range(width):
+            red = green = blue = 0
+            for j in range(2):
+                for i in range(2):
+                    r = int(image[2 * y + j, 2 * x + i, 0])
+                    g = int(image[2 * y + j, 2 * x + i, 1])
+                    b = int(image[2 * y + j, 2 * x + i, 2])
+                    light[2 * y + j, 2 * x + i] = np.uint8((11966 * r + 40254 * g + 4064 * b + 1081344) >> 16)
+                    red += r
+                    green += g
+                    blue += b
+            blueness[y, x] = np.uint8((28784 * blue - 22189 * green - 6595 * red + 33685504) >> 18)
+            redness[y, x] = np.uint8((28784 * red - 26145 * green - 2639 * blue + 33685504) >> 18)

@@ -1,0 +1,137 @@
+"""Still pictures: a typical frame of each gesture class (figure 4.3), frames of a synthesised animation (6.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech import segments, skeleton
+from cospeech.animation import figure, picture
+from cospeech.animation.units import frame_spans
+
+Floats = npt.NDArray[np.float64]
+Image = npt.NDArray[np.uint8]
+
+ARM_POINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
+"""The joints whose places make a pose of the arms; the finger tips join them."""
+
+CELL_PX = (400, 400)
+"""Height and width of one picture of a gesture class."""
+GRID_COLUMNS = 4
+
+FRAME_PX = (360, 190)
+"""Height and width of one frame of a strip."""
+STRIP_FRAMES = 8
+STRIP_STEP_S = 0.3
+STRIP_VIEW_DEG = 28.0
+
+
+def arm_places(motion: pd.DataFrame) -> Floats:
+    """Return where the arms' joints and finger tips are (T, 6, 3), in metres, on a body that stands straight."""
+    angles = skeleton.angles(motion).copy()
+    for index, joint in enumerate(skeleton.JOINTS):
+        if "arm" not in joint and "hand" not in joint:
+            angles[:, index] = 0
+    places = skeleton.forward(np.zeros((len(motion), 3)), angles)
+    return np.stack([places[name] for name in (*ARM_POINTS, "left_hand_tip", "right_hand_tip")], axis=1)
+
+
+def typical(phrases: pd.DataFrame, motions: Mapping[str, pd.DataFrame], order: Sequence[str]) -> pd.DataFrame:
+    """Return the frame that shows each gesture class best: the table of schema ``stills``.
+
+    The stroke of a phrase is taken to be its middle third. The frame is the one, among all strokes of the class,
+    whose arms are nearest to their mean place in these strokes.
+
+    Parameters
+    ----------
+    phrases : gesture segments of all records.
+    motions : the motion table of each record.
+    order : the classes, in the order wanted; those that do not occur are left out.
+    """
+    found: dict[str, list[tuple[str, int, Floats]]] = {label: [] for label in order}
+    for record, rows in phrases.groupby("record", sort=True):
+        motion = motions[str(record)]
+        places = arm_places(motion)
+        first, end = frame_spans(rows, len(motion), skeleton.frame_rate(motion))
+        for label, start, stop in zip(rows["label"], first, end, strict=True):
+            third = (stop - start) // 3
+            for frame in range(start + third, stop - third):
+                found[label].append((str(record), frame, places[frame]))
+    shown = []
+    for label in order:
+        if found[label]:
+            places = np.stack([place for _, _, place in found[label]])
+            distance = np.linalg.norm(places - places.mean(axis=0), axis=-1).mean(axis=-1)
+            best = int(np.argmin(distance))
+            record, frame, _ = found[label][best]
+            fps = skeleton.frame_rate(motions[record])
+            shown.append((label, record, frame, (frame + 0.5) / fps, distance[best]))
+    table = pd.DataFrame(shown, columns=["label", "record", "frame", "time_s", "distance_m"])
+    table["n_phrases"] = table["label"].map(phrases["label"].value_counts()).astype("int64")
+    return table
+
+
+def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Image:
+    """Return one picture (H, W, 3) of the frames that ``typical`` found, each from two sides, with captions."""
+    height, width = CELL_PX
+    bodies = [
+        figure.pose(motions[record].iloc[[frame]])
+        for record, frame in zip(table["record"], table["frame"], strict=True)
+    ]
+    boxes = [(0, 44, width // 2, height - 30), (width // 2, 44, width, height - 30)]
+    views = figure.cameras(bodies, boxes, figure.VIEWS_DEG)
+    painter, floor_m = figure.Painter(detail=3), figure.floor_height(bodies)
+    rows = -(-len(table) // GRID_COLUMNS)
+    image = picture.background(1, 1)[0, 0] * np.ones((rows * height, GRID_COLUMNS * width, 3), dtype=np.uint8)
+    for number, (moving, row) in enumerate(zip(bodies, table.itertuples(index=False), strict=True)):
+        top, left = height * (number // GRID_COLUMNS), width * (number % GRID_COLUMNS)
+        cell = image[top : top + height, left : left + width]
+        cell[:] = picture.background(height, width)
+        for view in views:
+            painter.figure(moving, view, floor_m).draw(cell, 0)
+        picture.lay(cell, 14, 14, *picture.tag(str(row.label), 14))
+        caption = f"{row.record} · {row.time_s:.1f} s · one of {row.n_phrases} phrases"
+        picture.write(cell, caption, height - 24, 14, 12, picture.FAINT)
+        cell[:, -1] = cell[-1] = 255
+    return image
+
+
+def liveliest(motion: pd.DataFrame, frames: int, step: int) -> npt.NDArray[np.int64]:
+    """Return ``frames`` frame numbers, ``step`` apart, over which the arms travel farthest."""
+    places = arm_places(motion)
+    span = (frames - 1) * step
+    if span >= len(places):
+        return np.linspace(0, len(places) - 1, frames).astype(np.int64)
+    travelled = np.append(0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=-1).sum(axis=-1)))
+    start = int(np.argmax(travelled[span:] - travelled[: len(travelled) - span]))
+    return start + step * np.arange(frames)
+
+
+def strip(motions: Sequence[pd.DataFrame], phrases: Sequence[pd.DataFrame], captions: Sequence[str]) -> Image:
+    """Return one picture (H, W, 3): a row of successive frames of each motion, where its arms are busiest."""
+    height, width = FRAME_PX
+    painter = figure.Painter(detail=3)
+    rows = []
+    for motion, shown, caption in zip(motions, phrases, captions, strict=True):
+        fps = skeleton.frame_rate(motion)
+        frames = liveliest(motion, STRIP_FRAMES, max(1, round(STRIP_STEP_S * fps)))
+        moving = figure.pose(motion.iloc[frames])
+        view = figure.cameras([moving], [(0, 44, width, height - 30)], [STRIP_VIEW_DEG])[0]
+        drawn = painter.figure(moving, view, figure.floor_height([moving]))
+        times = segments.frame_times(len(motion), fps)[frames]
+        cells = []
+        for number, (time_s, label) in enumerate(zip(times, picture.labels_at(shown, times), strict=True)):
+            cell = picture.background(height, width)
+            drawn.draw(cell, number)
+            picture.lay(cell, 12, 12, *picture.tag(label, 12))
+            picture.write(cell, f"{time_s:.1f} s", height - 24, 12, 12, picture.FAINT)
+            cells.append(cell)
+        row = np.hstack(cells)
+        ink = picture.lettering(caption, 12)
+        picture.lay(row, height - 24, row.shape[1] - ink.shape[1] - 12, picture.FAINT, ink)
+        row[-1] = 255
+        rows.append(row)
+    return np.vstack(rows)
