@@ -11,7 +11,7 @@ with the record; with ``right`` the record cuts it off, and P(duration >= k) tak
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -84,24 +84,28 @@ class Counts:
         )
 
 
-def encode(labels: Iterable[str], names: tuple[str, ...], where: str) -> Int:
+def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Int:
     """Return the place of each label in ``names``, shape (n,).
 
     Raises
     ------
     UserError : where a label is not among them.
     """
+    given = np.asarray(labels, dtype=object)
+    heads = np.flatnonzero(
+        np.append(True, given[1:] != given[:-1])[: len(given)]
+    )  # labels last: look up each run once
     place = {name: number for number, name in enumerate(names)}
-    codes = np.array([place.get(label, -1) for label in labels], dtype=np.int64)
+    codes = np.array([place.get(given[head], -1) for head in heads], dtype=np.int64)
     if (codes < 0).any():
-        first = int(np.flatnonzero(codes < 0)[0])
-        raise UserError(f"{where}: label '{list(labels)[first]}' at {first}; known are {', '.join(names)}")
-    return codes
+        first = heads[int(np.flatnonzero(codes < 0)[0])]
+        raise UserError(f"{where}: label '{given[first]}' at {first}; known are {', '.join(names)}")
+    return np.repeat(codes, np.diff(np.append(heads, len(given))))
 
 
 def count(
     phrases: pd.DataFrame,
-    observations: Iterable[str],
+    observations: npt.ArrayLike,
     states: tuple[str, ...],
     symbols: tuple[str, ...],
     n_bins: int,
@@ -259,7 +263,7 @@ def _matrix(
 
 
 def decode(
-    model: SemiMarkov, observations: Iterable[str], weight: float = 1.0, censoring: Censoring = "none"
+    model: SemiMarkov, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none"
 ) -> Path:
     """Return the best path (Özkul 2012, eq. 5.9 and Alg. 1, in which any t <= D may end the first phrase).
 
@@ -297,7 +301,7 @@ def decode(
 
 def sample(
     model: SemiMarkov,
-    observations: Iterable[str],
+    observations: npt.ArrayLike,
     rng: np.random.Generator,
     weight: float = 1.0,
     censoring: Censoring = "none",
@@ -330,7 +334,7 @@ def sample(
 
 
 def log_likelihood(
-    model: SemiMarkov, observations: Iterable[str], weight: float = 1.0, censoring: Censoring = "none"
+    model: SemiMarkov, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none"
 ) -> float:
     """Return the log of the sum of exp(score) over all paths: the log-likelihood where ``weight`` is 1."""
     return _filter(_logs(model, observations, weight, censoring))[3]
@@ -339,7 +343,7 @@ def log_likelihood(
 def path_score(
     tables: Mapping[str, pd.DataFrame],
     phrases: pd.DataFrame,
-    observations: Iterable[str],
+    observations: npt.ArrayLike,
     weight: float = 1.0,
     censoring: Censoring = "none",
 ) -> float:
@@ -361,7 +365,7 @@ class _Logs(NamedTuple):
     observations: Int
 
 
-def _logs(model: SemiMarkov, observations: Iterable[str], weight: float, censoring: Censoring) -> _Logs:
+def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censoring: Censoring) -> _Logs:
     codes = encode(observations, model.symbols, "prosody")
     if len(codes) == 0:
         raise UserError("prosody: holds no frame; there is nothing to decode")

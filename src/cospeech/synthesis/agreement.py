@@ -7,12 +7,13 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech import segments
+from cospeech.markov import semi
 
 
 def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     """Return Cohen's kappa of two label sequences, (T,) each; 0 where chance alone would agree wholly."""
-    codes, names = pd.factorize(np.concatenate([actual, made]))
-    one, other = np.split(codes, 2)
+    names = tuple(sorted(set(np.asarray(actual)) | set(np.asarray(made))))
+    one, other = semi.encode(actual, names, "actual"), semi.encode(made, names, "made")
     together = np.bincount(one * len(names) + other, minlength=len(names) ** 2).reshape(len(names), -1) / len(one)
     right = float(np.trace(together))
     chance = float(together.sum(axis=1) @ together.sum(axis=0))
@@ -28,19 +29,19 @@ def boundary_distance(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     return float(np.mean(np.minimum(np.abs(given - before), np.abs(behind - given))))
 
 
-def agreement(actual: pd.DataFrame, made: pd.DataFrame) -> float:
+def agreement(actual: pd.DataFrame, path: semi.Path) -> float:
     """Return kappa of the frames less the boundary distance in units of the mean real phrase.
 
     Parameters
     ----------
-    actual, made : segment tables of one record on the same frames.
+    actual : segment table of one record. path : phrases made for the same frames.
 
     Notes
     -----
     Kappa alone does not see where neighbouring phrases of one label meet, and the boundary distance alone can be won
     by few boundaries. Boundaries that know nothing lie about a quarter of a phrase away, whatever the corpus' tempo.
     """
-    starts = actual["start_frame"].to_numpy()
-    mean_phrase = int(actual["end_frame"].iloc[-1]) / len(actual)
-    distance = boundary_distance(starts, made["start_frame"].to_numpy()) / mean_phrase
-    return kappa(segments.to_labels(actual), segments.to_labels(made)) - distance
+    n_frames = int(actual["end_frame"].iloc[-1])
+    made = np.repeat(path.labels, np.diff(np.append(path.starts, n_frames)))
+    distance = boundary_distance(actual["start_frame"], path.starts) / (n_frames / len(actual))
+    return kappa(segments.to_labels(actual), made) - distance

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cospeech import segments
 from cospeech.markov import semi
 from cospeech.synthesis import System
 from cospeech.synthesis.agreement import agreement
@@ -68,12 +67,7 @@ def best_weight(
     """Return the weight with the best mean agreement, ``model_of`` each training record being its model."""
 
     def mean_agreement(weight: float) -> float:
-        found = []
-        for name, actual in fold.gestures.items():
-            speech = fold.speech[name]
-            path = semi.decode(model_of[name], speech, weight, censoring)
-            made = segments.from_starts(name, path.starts, path.labels, len(speech), 1 / fold.frame_s)
-            found.append(agreement(actual, made))
-        return float(np.mean(found))
+        paths = {name: semi.decode(model_of[name], fold.speech[name], weight, censoring) for name in fold.gestures}
+        return float(np.mean([agreement(actual, paths[name]) for name, actual in fold.gestures.items()]))
 
     return max(sorted(weights, reverse=True), key=mean_agreement)
