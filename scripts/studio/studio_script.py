@@ -11,10 +11,10 @@ with job.run(snakemake) as work:
     for actor, records in work.params["records"].items():
         member = cast.member(actor, seed, frame_s, work.params["max_duration_s"])
         duration_s = work.params["durations_s"][actor]
-        takes = [script.take(member, record, duration_s, coupling, frame_s, seed) for record in records]
+        written = [script.write(member, record, duration_s, coupling, frame_s, seed) for record in records]
         members.append(member)
-        gestures.append(pd.concat([take.gestures for take in takes], ignore_index=True))
-        prosody.extend(take.prosody for take in takes)
+        gestures.append(pd.concat([own for own, _ in written], ignore_index=True))
+        prosody.extend(spoken for _, spoken in written)
         draw = cast.generator(seed, "examples", actor)
         annotations.append(script.examples(gestures[-1], work.params["examples"], draw))
     for name, table in cast.tables(members, coupling, frame_s).items():

@@ -14,7 +14,7 @@ model; gesture phrases are therefore given in prosody frames, not in frames of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,41 +35,53 @@ CLEAR_S = 1.0
 """A shorter phrase is no good example of its class."""
 
 
-@dataclass(frozen=True)
-class Take:
-    """The script of one record: segment tables of gesture and prosody, and which gesture phrases are coupled."""
+class Draw(NamedTuple):
+    """What is drawn for one record: first frames and classes of gesture phrases, whether each is coupled, (L,), and
+    first frames and patterns of intonation phrases, (K,)."""
 
-    gestures: pd.DataFrame
-    prosody: pd.DataFrame
+    gesture_starts: Ints
+    gestures: Ints
     coupled: npt.NDArray[np.bool_]
+    prosody_starts: Ints
+    patterns: Ints
 
 
-def take(member: Member, record: str, duration_s: float, coupling: float, frame_s: float, seed: int) -> Take:
-    """Draw the script of one record. The gestures do not depend on ``coupling``."""
-    n_frames = round(duration_s / frame_s)
+def draw(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Draw:
+    """Draw the script of one record of ``n_frames`` prosody frames. The gestures do not depend on ``coupling``."""
     starts, labels = gesture_process(member, n_frames, generator(seed, "gestures", record))
-    draw = generator(seed, "speech", record)
-    coupled = draw.random(len(starts)) < coupling
-    first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, draw)
-    fps = 1.0 / frame_s
-    return Take(
-        gestures=segments.from_starts(record, starts, np.array(GESTURES, dtype=object)[labels], n_frames, fps),
-        prosody=segments.from_starts(record, first, np.array(NAMES, dtype=object)[patterns], n_frames, fps),
-        coupled=coupled,
+    rng = generator(seed, "speech", record)
+    coupled = rng.random(len(starts)) < coupling
+    first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, rng)
+    return Draw(starts, labels, coupled, first, patterns)
+
+
+def write(
+    member: Member, record: str, duration_s: float, coupling: float, frame_s: float, seed: int
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the script of one record: the segment tables of its gestures and of its prosody."""
+    n_frames = round(duration_s / frame_s)
+    drawn = draw(member, record, n_frames, coupling, frame_s, seed)
+    gestures, patterns = (
+        np.array(GESTURES, dtype=object)[drawn.gestures],
+        np.array(NAMES, dtype=object)[drawn.patterns],
+    )
+    return (
+        segments.from_starts(record, drawn.gesture_starts, gestures, n_frames, 1.0 / frame_s),
+        segments.from_starts(record, drawn.prosody_starts, patterns, n_frames, 1.0 / frame_s),
     )
 
 
-def gesture_process(member: Member, n_frames: int, draw: np.random.Generator) -> tuple[Ints, Ints]:
+def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> tuple[Ints, Ints]:
     """Return first frames (L,) and classes (L,) of the gesture phrases that cover ``n_frames`` frames."""
     rows = _cumulative(np.vstack([member.initial, member.transitions]))
     lasting = _cumulative(member.durations)
     starts, labels = [], []
     frame, row = 0, 0
     while frame < n_frames:
-        label = _pick(rows[row], draw)
+        label = _pick(rows[row], rng)
         starts.append(frame)
         labels.append(label)
-        frame += 1 + _pick(lasting[label], draw)
+        frame += 1 + _pick(lasting[label], rng)
         row = 1 + label
     return np.array(starts), np.array(labels)
 
@@ -81,7 +93,7 @@ def prosody_process(
     coupled: npt.NDArray[np.bool_],
     n_frames: int,
     frame_s: float,
-    draw: np.random.Generator,
+    rng: np.random.Generator,
 ) -> tuple[Ints, Ints]:
     """Return first frames (K,) and patterns (K,) of the intonation phrases that cover ``n_frames`` frames."""
     shortest, longest = (round(limit / frame_s) for limit in INTONATION_S)
@@ -95,8 +107,8 @@ def prosody_process(
         frame = int(starts[block])
         while frame < end:
             first.append(frame)
-            patterns.append(_pick(law, draw))
-            frame += int(draw.integers(shortest, longest + 1))
+            patterns.append(_pick(law, rng))
+            frame += int(rng.integers(shortest, longest + 1))
     return np.array(first), np.array(patterns)
 
 
@@ -106,11 +118,11 @@ def _cumulative(probability: Floats) -> Floats:
     return total / total[..., -1:]
 
 
-def _pick(distribution: Floats, draw: np.random.Generator) -> int:
-    return int(np.searchsorted(distribution, draw.random(), side="right"))
+def _pick(distribution: Floats, rng: np.random.Generator) -> int:
+    return int(np.searchsorted(distribution, rng.random(), side="right"))
 
 
-def examples(gestures: pd.DataFrame, count: int, draw: np.random.Generator) -> pd.DataFrame:
+def examples(gestures: pd.DataFrame, count: int, rng: np.random.Generator) -> pd.DataFrame:
     """Return ``count`` annotated examples of each class (fewer where there are fewer) of one actor's records.
 
     Examples are whole phrases, never a record's last one, which its end cuts off, and clear ones before short ones.
@@ -121,7 +133,7 @@ def examples(gestures: pd.DataFrame, count: int, draw: np.random.Generator) -> p
     gestures : the segment tables of all records of the actor.
     """
     whole = gestures[gestures["record"].eq(gestures["record"].shift(-1))]
-    order = draw.permutation(len(whole))
+    order = rng.permutation(len(whole))
     shuffled = whole.iloc[order].assign(short=lambda t: t["end_s"] - t["start_s"] < CLEAR_S)
     shuffled = shuffled.sort_values(["label", "short"], kind="stable")
     turn = shuffled.groupby(["label", "record"], sort=False).cumcount()

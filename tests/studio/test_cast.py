@@ -1,0 +1,91 @@
+"""The planted parameters: proper distributions, of one actor and no other, and stationary where they claim it."""
+
+import numpy as np
+import pytest
+
+from cospeech import tables
+from cospeech.errors import UserError
+from cospeech.segments import GESTURES
+from cospeech.studio import cast
+from cospeech.studio.patterns import NAMES, PAUSE
+
+FRAME_S = 0.025
+
+
+@pytest.fixture(scope="module", params=["ada", "deniz", "someone_else"])
+def member(request):
+    return cast.member(request.param, 2012, FRAME_S, 10.0)
+
+
+def test_every_row_is_a_distribution(member):
+    for rows in (member.initial, member.transitions, member.durations, member.coupled, member.emissions(0.3)):
+        assert np.all(rows >= 0)
+        np.testing.assert_allclose(rows.sum(axis=-1), 1.0, atol=1e-12)
+
+
+def test_the_same_actor_is_the_same_person_and_no_other(member):
+    again = cast.member(member.actor, 2012, FRAME_S, 10.0)
+    for name in ("initial", "transitions", "durations", "coupled"):
+        np.testing.assert_array_equal(getattr(member, name), getattr(again, name))
+    for other in (cast.member("nobody", 2012, FRAME_S, 10.0), cast.member(member.actor, 2013, FRAME_S, 10.0)):
+        assert np.abs(other.coupled - member.coupled).sum(axis=1).max() > 0.5
+        assert np.abs(other.transitions - member.transitions).max() > 0.02
+
+
+def test_records_open_at_rest_and_rest_never_follows_itself(member):
+    assert member.initial[cast.REST] == cast.OPENS_AT_REST
+    assert member.transitions[cast.REST, cast.REST] == 0
+    moving = np.delete(np.diag(member.transitions), cast.REST)
+    np.testing.assert_allclose(moving, cast.REPEATS)
+
+
+def test_each_gesture_has_a_pattern_of_its_own(member):
+    favourite = member.coupled.argmax(axis=1)
+    assert len(set(favourite)) == len(GESTURES)
+    assert favourite[cast.REST] == PAUSE
+    assert member.coupled.max(axis=1).min() > 0.5
+
+
+def test_durations_stay_in_their_range_and_differ_by_class(member):
+    seconds = np.arange(1, 401) * FRAME_S
+    outside = (seconds < cast.SHORTEST_S) | (seconds > cast.LONGEST_S)
+    assert member.durations.shape == (len(GESTURES), 400)
+    assert not member.durations[:, outside].any()
+    assert np.ptp(member.durations @ seconds) > 0.5
+
+
+def test_occupancy_is_what_a_long_walk_visits(member):
+    visits = np.full(len(GESTURES), 1 / len(GESTURES))
+    for _ in range(2000):
+        visits = 0.5 * visits + 0.5 * visits @ member.transitions
+    frames = visits * (member.durations @ np.arange(1, 401))
+    np.testing.assert_allclose(member.occupancy(), frames / frames.sum(), atol=1e-10)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 0.4, 1.0])
+def test_coupling_moves_emissions_from_the_marginal_to_the_gestures_own(member, coupling):
+    emissions = member.emissions(coupling)
+    np.testing.assert_allclose(member.occupancy() @ emissions, member.marginal(), atol=1e-12)
+    expected = {0.0: np.tile(member.marginal(), (len(GESTURES), 1)), 1.0: member.coupled}
+    if coupling in expected:
+        np.testing.assert_allclose(emissions, expected[coupling], atol=1e-12)
+
+
+def test_tables_obey_their_schemas_and_hold_every_actor():
+    members = [cast.member(actor, 5, FRAME_S, 10.0) for actor in ("ada", "deniz")]
+    made = cast.tables(members, 0.8, FRAME_S)
+    groups = {"initial": [], "transitions": ["from_gesture"], "emissions": ["gesture"], "durations": ["gesture"]}
+    for name, table in made.items():
+        tables.validate(table, name, name)
+        sums = table.groupby(["actor", *groups[name]])["probability"].sum()
+        np.testing.assert_allclose(sums, 1.0, atol=1e-12)
+        assert list(table["actor"].unique()) == ["ada", "deniz"]
+    one = made["emissions"].query("actor == 'deniz' and gesture == 'open' and prosody == 'p3'")
+    expected = members[1].emissions(0.8)[GESTURES.index("open"), NAMES.index("p3")]
+    assert one["probability"].item() == expected
+    np.testing.assert_allclose(made["durations"]["duration_s"], made["durations"]["bin"] * FRAME_S)
+
+
+def test_a_largest_duration_that_holds_no_gesture_is_refused():
+    with pytest.raises(UserError, match=r"max_duration_s is 1\.0 s.*allow at least 1\.6 s"):
+        cast.member("ada", 1, FRAME_S, 1.0)
