@@ -32,8 +32,10 @@ FARTHEST_M = 50.0
 """Displacement of the hips beyond which a motion table was not written in metres."""
 
 
-def read(path: str | Path, schema: str) -> pd.DataFrame:
+def read(path: str | Path, schema: str, further: tuple[str, ...] = ()) -> pd.DataFrame:
     """Read a table of the user's own; columns that the schema does not know are left out.
+
+    ``further`` names columns of the schema's pattern that must be there too.
 
     Raises
     ------
@@ -43,10 +45,11 @@ def read(path: str | Path, schema: str) -> pd.DataFrame:
         raise UserError(f"{path}: no such file; correct the path")
     frame = _read_csv(path) if Path(path).suffix.lower() == ".csv" else _read_parquet(path, schema)
     table = tables.schema(schema)
-    required = [column for column in table.columns if not column.nullable]
-    missing = [column.name for column in required if column.name not in frame.columns]
-    if missing:
-        raise UserError(f"{path}: column '{missing[0]}' is missing{_near(missing[0], list(frame.columns))}")
+    required = [*(column.name for column in table.columns if not column.nullable), *further]
+    for name in required:
+        if name not in frame.columns:
+            foreign = [column for column in map(str, frame.columns) if column not in required]
+            raise UserError(f"{path}: column '{name}' is missing{_near(name, foreign)}")
     known = frame[[name for name in frame.columns if table.column(name) is not None]].copy()
     for column in table.columns:
         if column.name not in known.columns:
@@ -97,14 +100,11 @@ def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
     ------
     UserError : as ``read``; and NaN, unknown joints, arms missing, an uneven time grid, radians or centimetres.
     """
-    delivered = read(path, "motion")
+    delivered = read(path, "motion", tuple(skeleton.angle_columns(skeleton.ARM_JOINTS)))
     given = [name for name in delivered.columns if name.endswith("_deg")]
     for name in given:
         if name not in skeleton.angle_columns():
             raise UserError(f"{path}: unknown joint column '{name}'{_known(name, skeleton.angle_columns())}")
-    for name in skeleton.angle_columns(skeleton.ARM_JOINTS):
-        if name not in given:
-            raise UserError(f"{path}: column '{name}' is missing{_near(name, list(delivered.columns))}")
     numbers = _numbers(delivered, [*skeleton.ROOT_COLUMNS, *given], path)
     fps = 1 / _step(delivered, path)
     if np.abs(numbers[skeleton.angle_columns(skeleton.ARM_JOINTS)].to_numpy()).max() < RADIANS:
@@ -158,22 +158,24 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
         delivered = delivered[delivered["record"] == record]
     if len(delivered) == 0:
         raise UserError(f"{path}: holds no segment of record '{record}'; check its column 'record'")
-    times = _numbers(delivered, ["start_frame", "end_frame", "start_s", "end_s"], path)
-    table = delivered.assign(record=record, segment=np.arange(len(delivered)), **times).reset_index(drop=True)
+    delivered = delivered.reset_index(drop=True)
+    numbers = _numbers(delivered, ["start_frame", "end_frame", "start_s", "end_s"], path)
+    table = delivered.assign(record=record, segment=np.arange(len(delivered)), **numbers)
     tables.validate(table, "segments", str(path))
+    table = table.astype({"start_frame": np.int64, "end_frame": np.int64})
     segments.check(table, str(path))
     unknown = table[~table["label"].isin(labels)]
     if len(unknown):
         name = str(unknown["label"].iloc[0])
         raise UserError(f"{path}: segment {unknown.index[0]}: unknown label '{name}'{_known(name, labels)}")
-    fps = float(table["end_frame"].iloc[-1] / table["end_s"].iloc[-1])
     frames, seconds = table[["start_frame", "end_frame"]].to_numpy(), table[["start_s", "end_s"]].to_numpy()
-    if not np.allclose(frames / fps, seconds, atol=0.5 / fps):
-        row = int(np.flatnonzero(~np.isclose(frames / fps, seconds, atol=0.5 / fps).all(axis=1))[0])
-        raise UserError(f"{path}: segment {row}: its frames and its times disagree at {fps:.6g} frames a second")
-    first = table["start_frame"].to_numpy(dtype=np.int64)
+    step = float(seconds[-1, 1] / frames[-1, 1])
+    wrong = (np.abs(frames * step - seconds) > step / 2).any(axis=1) | (step <= 0)
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise UserError(f"{path}: segment {row}: its frames and its times disagree; one frame rate for all of them")
     n_frames = int(table["end_frame"].iloc[-1])
-    return segments.from_starts(record, first, table["label"].to_numpy(), n_frames, round(fps, 6))
+    return segments.from_starts(record, table["start_frame"], table["label"], n_frames, round(1 / step, 6))
 
 
 def _numbers(frame: pd.DataFrame, columns: list[str], path: str | Path) -> pd.DataFrame:

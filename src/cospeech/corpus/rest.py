@@ -102,7 +102,7 @@ def places_at_rest(clip: Clip) -> Floats:
 
 
 def trunk_axes(place: Floats, source: dict[str, int], where: str) -> Floats:
-    """Return the axes of the trunk (..., 3, 3), left, up and forward in columns, from the joints' places (..., J, 3)."""
+    """Return left, up and forward of the trunk as columns (..., 3, 3), from the places of the joints (..., J, 3)."""
     shoulders = (place[..., source["left_arm"], :], place[..., source["right_arm"], :])
     left = shoulders[0] - shoulders[1]
     up = (shoulders[0] + shoulders[1]) / 2 - place[..., source["hips"], :]

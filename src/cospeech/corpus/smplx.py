@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -61,14 +60,15 @@ def read(path: str | Path) -> Clip:
 
 def _load(path: str | Path) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with Path(path).open("rb") as file:
+            archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise ValueError("one bare array")
-            wanted = ("poses", "trans", *RATES)
-            return {name: archive[name] for name in archive.files if name in wanted}
+            with archive:
+                return {name: archive[name] for name in archive.files if name in ("poses", "trans", *RATES)}
     except FileNotFoundError as error:
         raise UserError(f"{path}: no such file; correct the path") from error
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    except Exception as error:  # a damaged archive raises what zip, zlib or the array's header stumble over
         reason = " ".join(str(error).split())[:80]
         raise UserError(f"{path}: damaged or no npz archive ({reason}); copy or export it again") from error
 

@@ -1,0 +1,131 @@
+"""Body and voice of a record, cut to the length they share; a record that does not hold together is refused."""
+
+import numpy as np
+import pytest
+import soundfile
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech import bvh, segments, skeleton, tables
+from cospeech.config import RECORD_FIELDS
+from cospeech.corpus import intake
+from cospeech.corpus.retarget import Declaration
+from cospeech.errors import UserError
+
+DECLARED = Declaration("y", "m", "cospeech", "hanging")
+LABELS = list(segments.GESTURES)
+
+
+def given_record(**fields):
+    return dict.fromkeys(RECORD_FIELDS) | {"record": "a", "actor": "x"} | fields
+
+
+def write_bvh(path, seconds, fps=20.0):
+    n_frames = round(seconds * fps)
+    angles = np.zeros((n_frames, len(skeleton.JOINTS), 3))
+    angles[:, skeleton.JOINTS.index("left_arm"), 0] = -np.arange(n_frames) / 10
+    bvh.write(skeleton.motion_table(np.zeros((n_frames, 3)), angles, fps), path)
+    return str(path)
+
+
+def write_wav(path, seconds, rate=16000):
+    soundfile.write(path, 0.3 * np.sin(np.arange(round(seconds * rate)) / 20), rate)
+    return str(path)
+
+
+def take(tolerance_s=1.0, **fields):
+    return intake.take(given_record(**fields), DECLARED, LABELS, 0.025, tolerance_s)
+
+
+@pytest.mark.parametrize(("body_s", "voice_s"), [(3.0, 3.0), (3.0, 3.4), (3.4, 3.0), (3.05, 3.02)])
+def test_body_and_voice_get_the_length_they_share(tmp_path, body_s, voice_s):
+    taken = take(motion=write_bvh(tmp_path / "a.bvh", body_s), audio=write_wav(tmp_path / "a.wav", voice_s))
+    shared = min(body_s, voice_s)
+    row = taken.row.iloc[0]
+    assert row["duration_s"] == pytest.approx(shared)
+    assert len(taken.voice) == round(shared * 16000)
+    assert len(taken.body) == int(shared * 20 + 1e-6)
+    assert (row["motion_source"], row["motion_fps"], row["audio_rate_hz"]) == ("bvh", 20.0, 16000)
+    longer = "body" if body_s > voice_s else "voice"
+    assert row["note"] == (
+        None if body_s == voice_s else f"{longer} trimmed by {abs(body_s - voice_s):.3f} s at its end"
+    )
+    tables.validate(taken.row, "records", "row")
+    tables.validate(taken.body, "motion", "body")
+
+
+def test_lengths_that_differ_too_much_are_refused_with_both(tmp_path):
+    with pytest.raises(
+        UserError, match=r"record 'a': its motion lasts 5.000 s and its sound 3.000 s.*length_tolerance"
+    ):
+        take(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 3))
+    with pytest.raises(UserError, match="too short"):
+        take(motion=write_bvh(tmp_path / "a.bvh", 0.5), audio=write_wav(tmp_path / "a.wav", 0.5))
+
+
+def test_an_excerpt_takes_the_same_stretch_of_body_and_voice(tmp_path):
+    motion, audio = write_bvh(tmp_path / "a.bvh", 10), write_wav(tmp_path / "a.wav", 10)
+    whole = take(motion=motion, audio=audio)
+    part = take(motion=motion, audio=audio, start_s=2.5, end_s=6.0)
+    assert part.row["duration_s"].iloc[0] == pytest.approx(3.5)
+    np.testing.assert_allclose(part.voice, whole.voice[40000:96000])
+    np.testing.assert_allclose(skeleton.angles(part.body), skeleton.angles(whole.body)[50:120], atol=1e-6)
+    assert part.body["time_s"].iloc[0] == pytest.approx(0.025)
+    with pytest.raises(UserError, match=r"a\.bvh: lasts 10.000 s.*start_s and end_s"):
+        take(motion=motion, audio=audio, start_s=2.5, end_s=11.0)
+
+
+def test_neighbouring_excerpts_share_no_frame_and_lose_none(tmp_path):
+    motion, audio = write_bvh(tmp_path / "a.bvh", 10, 30.0), write_wav(tmp_path / "a.wav", 10)
+    cuts = [0.0, 2.51, 5.0, 7.777, None]
+    parts = [
+        take(motion=motion, audio=audio, start_s=start, end_s=end) for start, end in zip(cuts, cuts[1:], strict=False)
+    ]
+    arm = np.concatenate([part.body["left_arm_x_deg"] for part in parts])
+    # an excerpt whose sound is a fraction of a frame shorter than its frames gives up its last one
+    assert set(np.round(np.diff(arm), 3)) <= {-0.1, -0.2}
+    assert sum(len(part.voice) for part in parts) == pytest.approx(160000, abs=4 * 16000 / 30)
+
+
+def test_stereo_at_another_rate_is_handled_and_said(tmp_path):
+    tone = 0.3 * np.sin(np.arange(24000) / 10)
+    soundfile.write(tmp_path / "a.wav", np.column_stack([tone, tone]), 8000)
+    taken = take(motion=write_bvh(tmp_path / "a.bvh", 3), audio=str(tmp_path / "a.wav"))
+    note = taken.row["note"].iloc[0]
+    assert "2 channels mixed down to one" in note
+    assert "resampled from 8000 Hz" in note
+    assert taken.row["audio_rate_hz"].iloc[0] == 8000
+
+
+def test_tables_of_ones_own_enter_in_the_middle(tmp_path):
+    rng = np.random.default_rng(0)
+    prosody = {"frame": np.arange(400), "time_s": segments.frame_times(400, 40.0)}
+    names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
+    table = tables.pd.DataFrame(prosody | {name: rng.uniform(-1, 1, 400) for name in names})
+    table.to_csv(tmp_path / "p.csv", index=False)
+    phrases = segments.from_starts("a", [0, 50, 90], ["rest", "left", "rest"], 202, 20.0)
+    phrases.to_csv(tmp_path / "g.csv", index=False)
+    files = {"gestures": str(tmp_path / "g.csv"), "prosody": str(tmp_path / "p.csv")}
+    taken = take(**files)
+    assert taken.row["duration_s"].iloc[0] == pytest.approx(10.0)
+    assert taken.row["motion_source"].iloc[0] is None
+    assert taken.body["end_frame"].tolist() == [50, 90, 200]
+    tables.validate(taken.body, "segments", "body")
+    tables.validate(taken.voice, "prosody", "voice")
+    part = take(**files, start_s=2.0, end_s=5.0)
+    assert part.body["label"].tolist() == ["rest", "left", "rest"]
+    assert part.body["start_frame"].tolist() == [0, 10, 50]
+    assert len(part.voice) == 120
+    assert part.voice["intensity"].iloc[0] == pytest.approx(table["intensity"].iloc[80])
+
+
+@given(st.lists(st.integers(1, 30), min_size=1, max_size=12), st.integers(0, 100), st.integers(1, 200))
+@settings(max_examples=200, deadline=None)
+def test_cut_segments_are_the_labels_of_the_frames_between(lengths, first, width):
+    labels = np.repeat(np.arange(len(lengths)), lengths)
+    table = segments.from_labels("a", labels.astype(str), 25.0)
+    first = min(first, len(labels) - 1)
+    last = min(first + width, len(labels))
+    part = intake.cut_segments(table, 25.0, first, last)
+    segments.check(part, "part")
+    assert segments.to_labels(part).tolist() == labels[first:last].astype(str).tolist()
