@@ -94,5 +94,5 @@ def best_states(published: Published, swept: pd.DataFrame, titles: dict[str, str
 
 def _best(table: pd.DataFrame, axis: str, most: bool) -> tuple[int, str]:
     """Return where the best value lies, and the value with its interval."""
-    row = table.loc[table["value"].idxmax() if most else table["value"].idxmin()]
+    row = table.sort_values("value", ascending=not most, kind="stable").iloc[0]
     return int(row[axis]), f"{number(row['value'])} ({number(row['low'])} to {number(row['high'])})"

@@ -15,7 +15,7 @@ def scenarios(records: pd.DataFrame) -> pd.DataFrame:
     records : the records table.
     """
     named = records.assign(scenario=records["scenario"].fillna("not stated"))
-    rows = [_scenario(name, group) for name, group in named.groupby("scenario", sort=False)]
+    rows = [_scenario(str(name), group) for name, group in named.groupby("scenario", sort=False)]
     return pd.DataFrame([*rows, _scenario("all", records)])
 
 

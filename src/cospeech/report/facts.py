@@ -43,7 +43,7 @@ def banner(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> 
         "real",
         f"Real recordings: the corpus “{config['corpus']['name']}”.",
         [
-            f"{size[0].upper()}{size[1:]}. {examples}",
+            f"{size}. {examples}",
             "The actual phrases that scores compare with were found by a program from those examples; nobody checked "
             "every one of them.",
         ],
@@ -52,23 +52,23 @@ def banner(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> 
 
 def _virtual(studio: dict[str, Any], size: str) -> Banner:
     made = (
-        "A program drew their gestures and the melody of their speech; a speech synthesiser spoke it, and a noisy body moved to it."
+        "A program drew their gestures and the melody of their speech; a speech synthesiser spoke, and a body moved."
         if studio["sound"]
-        else "A program drew their gestures and speech features; neither voice nor body was made."
+        else "A program drew their gestures and the features of their speech; neither voice nor body was made."
     )
     knob = studio["coupling"]
     told = (
-        "nothing: at this setting no system should beat its controls"
+        "nothing of their gestures, so that no system should beat its controls"
         if knob == 0
-        else f"something: the gesture decides the melody in {100 * knob:g} % of phrases"
+        else f"of their gestures in {100 * knob:g} % of the phrases"
     )
     return Banner(
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size[0].upper()}{size[1:]}. {made} Their speech tells of their gestures {told} (coupling {knob:g}).",
-            "So these numbers say how well the methods find again what was planted. They say nothing about people, and "
-            "they do not compare in height with published ones, which come from recordings.",
+            f"{size}. {made} By plan, their speech tells {told} (coupling {knob:g}).",
+            "So these numbers say how well the methods find again what was planted. They say nothing about people, "
+            "and do not compare in height with published ones, which come from recordings.",
         ],
     )
 
@@ -82,61 +82,76 @@ def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None
     records : the table of that name.
     statistics : the motion statistics, or None where the corpus brings no motion.
     """
-    speech, phrases, synthesis = config["speech"], config["phrases"], config["synthesis"]
-    evaluation, prosody, gesture = config["evaluation"], phrases["prosody"], phrases["gesture"]
-    rates = sorted(records["motion_fps"].dropna().unique())
-    told = [
-        (
-            "prosody",
-            f"frames of {words.seconds(speech['frame_s'])}, window {words.seconds(speech['window_s'])}; intensity, pitch lag "
-            f"({speech['pitch_min_hz']:g} to {speech['pitch_max_hz']:g} Hz) and gain, and their differences; normalised for each record",
-        ),
-        (
-            "gesture phrases",
-            f"{len(gesture['labels'])} classes, {gesture['states']} states each, from angles of both arms and forearms"
-            + (f" at {', '.join(f'{rate:g}' for rate in rates)} frames/s" if rates else ""),
-        ),
-        (
-            "prosody clusters",
-            f"{prosody['clusters']} of {prosody['states']} states, best of {prosody['restarts']} starts",
-        ),
-        (
-            "folds",
-            "one actor at a time, each record left out in turn; "
-            + (
-                "nothing of the held-out record reaches its model"
-                if phrases["folds"] == "strict"
-                else "prosody clusters see all records, as in the thesis"
-            ),
-        ),
-        (
-            "HSMM",
-            f"durations to {synthesis['max_duration_s']:g} s in bins of one prosody frame, smoothing "
-            f"{synthesis['durations']['smoothing']}, least probability {synthesis['floor']:g}, end of record: censoring "
-            f"{synthesis['censoring']}; emission weight of the weighted form chosen within the training records",
-        ),
-        (
-            "scores",
-            f"on frames of {words.seconds(speech['frame_s'])}; S in bins of "
-            f"{', '.join(words.seconds(b) for b in evaluation['bins_s'])}; a boundary counts as found within "
-            f"{words.seconds(evaluation['boundary_tolerance_s'])}; the interior leaves out the first "
-            f"{evaluation['interior']['head_s']:g} s and the last {evaluation['interior']['tail_s']:g} s",
-        ),
-        (
-            "means and intervals",
-            "S: mean over gestures and records; other measures: mean over records, weighted by duration. Intervals: "
-            f"{evaluation['bootstrap']['samples']} bootstrap samples of records within actors, "
-            f"{100 * evaluation['bootstrap']['level']:g} %, percentiles widened for few records; with four records they are "
-            "the records' range",
-        ),
-    ]
+    told = [*_features(config, records), *_models(config), *_scores(config)]
     if statistics is not None:
         joints = ", ".join(name.replace("_", " ") for name in dict.fromkeys(statistics["joint"]))
         told.append(
             (
                 "motion statistics",
-                f"world positions of {joints} (the joint where each begins), {statistics['fps'].iloc[0]:g} frames/s, plain "
-                f"differences without smoothing, {evaluation['speed_bins']} bins; m/s, m/s², m/s³",
+                f"world positions of the joints {joints} (forearm: the elbow, hand: the wrist), "
+                f"{statistics['fps'].iloc[0]:g} frames/s, plain differences without smoothing, "
+                f"{config['evaluation']['speed_bins']} bins; m/s, m/s², m/s³",
             )
         )
     return [*told, ("seed", str(config["seed"]))]
+
+
+def _features(config: Config, records: pd.DataFrame) -> list[tuple[str, str]]:
+    speech, gesture = config["speech"], config["phrases"]["gesture"]
+    rates = ", ".join(f"{rate:g}" for rate in sorted(records["motion_fps"].dropna().unique()))
+    return [
+        (
+            "speech",
+            f"frames of {words.seconds(speech['frame_s'])}, window {words.seconds(speech['window_s'])}; intensity, "
+            f"pitch lag ({speech['pitch_min_hz']:g} to {speech['pitch_max_hz']:g} Hz), pitch gain, and their differences; "
+            "normalised within each record",
+        ),
+        (
+            "gesture phrases",
+            f"{len(gesture['labels'])} classes of {gesture['states']} states, from angles of arms and forearms"
+            + (f" at {rates} frames/s" if rates else "")
+            + "; scored against phrases that a model of all the actor's records found",
+        ),
+    ]
+
+
+def _models(config: Config) -> list[tuple[str, str]]:
+    phrases, synthesis = config["phrases"], config["synthesis"]
+    strict = phrases["folds"] == "strict"
+    return [
+        (
+            "prosody clusters",
+            f"{phrases['prosody']['clusters']} of {phrases['prosody']['states']} states, the best of "
+            f"{phrases['prosody']['restarts']} starts, without any gesture label",
+        ),
+        (
+            "folds",
+            "one actor at a time, each record left out in turn; "
+            + ("nothing of it reaches the model" if strict else "prosody clusters see all records, as in the thesis"),
+        ),
+        (
+            "HSMM",
+            f"durations to {synthesis['max_duration_s']:g} s in bins of one speech frame, smoothing "
+            f"{synthesis['durations']['smoothing']}, least probability {synthesis['floor']:g}, censoring "
+            f"{synthesis['censoring']}; the emission weight was chosen within the training records",
+        ),
+    ]
+
+
+def _scores(config: Config) -> list[tuple[str, str]]:
+    evaluation = config["evaluation"]
+    bins = ", ".join(words.seconds(width) for width in evaluation["bins_s"])
+    return [
+        (
+            "scores",
+            f"on frames of {words.seconds(config['speech']['frame_s'])}; S in bins of {bins}; a boundary counts as "
+            f"found within {words.seconds(evaluation['boundary_tolerance_s'])}; the interior leaves out the first "
+            f"{evaluation['interior']['head_s']:g} s and the last {evaluation['interior']['tail_s']:g} s of a record",
+        ),
+        (
+            "means and intervals",
+            "S: mean over gestures and records; other measures: mean over records, weighted by duration. "
+            f"{100 * evaluation['bootstrap']['level']:g} % intervals: {evaluation['bootstrap']['samples']} bootstrap "
+            "samples of records within actors, percentiles widened as few records need; of four records it is their range",
+        ),
+    ]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -10,8 +13,8 @@ from matplotlib.lines import Line2D
 
 from cospeech.report import style, words
 
-Systems = dict[str, dict[str, object]]
-"""By name, in the order of the table: title, role, controls."""
+Systems = dict[str, dict[str, Any]]
+"""By name, in the order of the table: title, role, controls (names of the same decoder under wrong speech)."""
 
 
 def at_main(scores: pd.DataFrame, clusters: int, states: int) -> pd.DataFrame:
@@ -60,7 +63,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     drawn, axes = style.figure(1.1 + 0.235 * (max(places.values()) + 1), 1, len(heads), sharey=True)
     for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
         _column(panel, cells(pooled, measure, bin_s), systems, places)
-        panel.set_title(words.measure(measure, bin_s).replace(" (", "\n("), fontsize=8.5)
+        panel.set_title(words.measure(measure, bin_s).replace(" ", "\n", 1), fontsize=8.5)
         if measure == "phrase_ratio":
             panel.axvline(1, color=style.FAINT, lw=0.8, ls=(0, (4, 3)))
         else:
@@ -69,11 +72,11 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
         panel.tick_params(axis="y", length=0)
         panel.grid(axis="x")
         panel.locator_params(axis="x", nbins=3)
-    axes[0, 0].set_yticks([places[name] for name in systems], [str(system["title"]) for system in systems.values()])
+    axes[0, 0].set_yticks([places[name] for name in systems], [system["title"] for system in systems.values()])
     axes[0, 0].set_ylim(max(places.values()) + 0.7, -0.7)
     handles = [
         Line2D([], [], marker="o", ls="-", color=style.ROLE_COLOURS[role], label=words.ROLES[role], ms=5)
-        for role in dict.fromkeys(str(system["role"]) for system in systems.values())
+        for role in dict.fromkeys(system["role"] for system in systems.values())
     ]
     handles.append(Line2D([], [], marker="o", mfc="none", ls="none", color=style.INK, label="interior only", ms=5))
     drawn.legend(handles=handles, loc="outside lower center", ncols=2)
@@ -98,7 +101,7 @@ def _places(systems: Systems) -> dict[str, float]:
 
 def _column(axes: Axes, own: pd.DataFrame, systems: Systems, places: dict[str, float]) -> None:
     for name, system in systems.items():
-        colour = style.ROLE_COLOURS[str(system["role"])]
+        colour = style.ROLE_COLOURS[system["role"]]
         for part, marker in (("interior", {"mfc": "none", "ms": 5.5, "mew": 1.0}), ("whole", {"ms": 4.5})):
             row = own[(own["system"] == name) & (own["part"] == part)]
             if len(row) == 0 or row["value"].isna().all():
@@ -126,7 +129,7 @@ def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) 
     The rows of ``differences`` over all actors, with a column ``kind``: own controls, other controls, systems.
     """
     hearing = [name for name, system in systems.items() if system["role"] == "system"]
-    matched = {str(control) for name in hearing for control in _controls(systems, name)}
+    matched = {control for name in hearing for control in _controls(systems, name)}
     general = [name for name, system in systems.items() if system["role"] == "control" and name not in matched]
     wanted: dict[tuple[str, str], str] = {}
     for name in hearing:
@@ -143,14 +146,15 @@ def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) 
     key = pd.MultiIndex.from_frame(rows[["system", "other"]])
     order = {pair: place for place, pair in enumerate(wanted)}
     chosen = rows.assign(
-        kind=[wanted.get(pair) for pair in key],
+        kind=[wanted.get(pair, "") for pair in key],
         place=[order.get(pair, -1) for pair in key],
-    ).dropna(subset=["kind"])
+    )
+    chosen = chosen[chosen["kind"] != ""]
     return chosen.sort_values(["place", "measure"], kind="stable").drop(columns="place").reset_index(drop=True)
 
 
 def _controls(systems: Systems, name: str) -> list[str]:
-    return [str(control) for control in systems[name]["controls"]]  # type: ignore[attr-defined]
+    return list(systems[name]["controls"])
 
 
 def difference_figure(table: pd.DataFrame, systems: Systems, measures: list[str]) -> Figure:
@@ -171,7 +175,7 @@ def difference_figure(table: pd.DataFrame, systems: Systems, measures: list[str]
         panel.tick_params(axis="y", length=0)
     axes[0, 0].set_yticks(range(len(rows)), [_comparison(systems, system, other) for system, other, _ in rows])
     axes[0, 0].set_ylim(len(rows) - 0.4, -0.6)
-    for place, (one, two) in enumerate(zip(rows, rows[1:], strict=False)):
+    for place, (one, two) in enumerate(pairwise(rows)):
         if one[2] != two[2]:
             for panel in axes[0]:
                 panel.axhline(place + 0.5, color=style.GRID, lw=0.8)
@@ -179,7 +183,7 @@ def difference_figure(table: pd.DataFrame, systems: Systems, measures: list[str]
 
 
 def _comparison(systems: Systems, system: str, other: str) -> str:
-    one, two = str(systems[system]["title"]), str(systems[other]["title"])
+    one, two = systems[system]["title"], systems[other]["title"]
     return f"{one}  −  {two.replace(one + ': ', 'with ')}"
 
 

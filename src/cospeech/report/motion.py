@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cospeech.report import style
@@ -102,13 +103,13 @@ def figure(histograms: pd.DataFrame, summary: pd.DataFrame, titles: dict[str, st
 
 
 def _distance_panel(
-    axes, own: pd.DataFrame, systems: list[str], colours: dict[str, str], titles: dict[str, str]
-) -> None:  # type: ignore[no-untyped-def]
+    axes: Axes, own: pd.DataFrame, systems: list[str], colours: dict[str, str], titles: dict[str, str]
+) -> None:
     names = [*systems, "another original"]
     for place, name in enumerate(names):
         row = own[own["system"] == name]
         if len(row):
-            colour = colours.get(name, style.AMBER)
+            colour = colours.get(name, style.FAINT)
             axes.plot([row["lowest"].iloc[0], row["highest"].iloc[0]], [place, place], color=colour, lw=1.6)
             axes.plot(row["hellinger"].iloc[0], place, marker="o", ms=5, color=colour)
     axes.set_yticks(range(len(names)), [titles.get(name, name) for name in names])

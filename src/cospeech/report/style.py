@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cospeech import tables
+from cospeech import palette, tables
 
 matplotlib.use("Agg")
 
@@ -22,18 +22,14 @@ GRID = "#dfe3e8"
 PAPER = "#fffffe"
 """The ground of marks that hide what is below; figures themselves have none in SVG."""
 
-BLUE, VERMILLION, AMBER, GREEN = "#2278b5", "#d55e00", "#e08f00", "#009e73"
+BLUE, VERMILLION, AMBER, GREEN, PURPLE = "#2278b5", "#d55e00", "#e08f00", "#009e73", "#a05fa8"
 
 ROLE_COLOURS = {"system": BLUE, "control": FAINT, "ceiling": AMBER}
-
-# After Okabe and Ito, who chose them so that colour-blind people tell them apart; rest is grey.
-_GESTURE_COLOURS = ("#d55e00", "#2278b5", "#cc79a7", "#e69f00", "#009e73", "#56b4e9", "#8c6bb1", "#a6761d")
-REST_COLOUR = "#b4bac2"
 
 WIDTH_IN = 9.2
 """Width of a figure that fills the page."""
 
-_RC = {
+_RC: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.titlesize": 9.5,
@@ -66,35 +62,32 @@ _RC = {
 
 
 def gesture_colours(labels: Iterable[str]) -> dict[str, str]:
-    """Return the colour of each gesture: the same in every figure for the same list of labels."""
-    names = list(labels)
-    moving = [name for name in names if name != "rest"]
-    colours = {name: _GESTURE_COLOURS[index % len(_GESTURE_COLOURS)] for index, name in enumerate(moving)}
-    return {name: colours.get(name, REST_COLOUR) for name in names}
+    """Return the colour of each gesture, the same in every figure and video."""
+    return {label: palette.gesture_colour(label) for label in labels}
 
 
 def system_colours(names: Iterable[str]) -> dict[str, str]:
     """Return one colour each for a few systems that share a figure."""
-    return dict(zip(names, (VERMILLION, BLUE, GREEN, AMBER, FAINT), strict=False))
+    return dict(zip(names, (VERMILLION, BLUE, GREEN, PURPLE, AMBER, FAINT), strict=False))
 
 
 def figure(height_in: float, rows: int = 1, columns: int = 1, **keywords: Any) -> tuple[Figure, Any]:
     """Return a new figure of the page's width, and its axes (always a 2-D array)."""
-    plt.rcParams.update(_RC)
+    plt.rcParams.update(_RC)  # type: ignore[arg-type]
     new, axes = plt.subplots(
         rows, columns, figsize=(WIDTH_IN, height_in), layout="constrained", squeeze=False, **keywords
     )
     return new, axes
 
 
-def ticks_off(axes: Axes, which: str = "both") -> None:
+def ticks_off(axes: Axes, which: Literal["x", "y", "both"] = "both") -> None:
     """Take the tick marks of an axis away, and leave its labels."""
-    axes.tick_params(axis=which, length=0)  # type: ignore[arg-type]
+    axes.tick_params(axis=which, length=0)
 
 
 def save(drawn: Figure, svg: str, png: str) -> None:
     """Write a figure as SVG (text as outlines, no ground) and as PNG (on white), without a date in them."""
-    plt.rcParams.update(_RC)
+    plt.rcParams.update(_RC)  # type: ignore[arg-type]
     with tables.replacing(svg) as temporary:
         drawn.savefig(temporary, format="svg", metadata={"Date": None, "Creator": None})
     with tables.replacing(png) as temporary:

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -92,7 +93,7 @@ def figure(
         panel.set_xticks(sorted(pooled[axis].unique()))
         panel.set_ylim(0, 1 if measure == "S" else None)
         panel.grid(axis="y")
-    handles: dict[str, object] = {}
+    handles: dict[str, Artist] = {}
     for panel in axes[0]:
         handles |= {label: handle for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
     drawn.legend(list(handles.values()), list(handles), loc="outside upper center", ncols=3)

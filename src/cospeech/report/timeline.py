@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -90,8 +89,8 @@ def _strip(axes: Axes, table: pd.DataFrame, name: str, colours: dict[str, str], 
         start, end = max(start, low), min(end, high)
         known = label in colours
         colour = colours[label] if known else style.FAINT
-        axes.barh(0, end - start, left=start, height=0.86, color=colour, alpha=1.0 if known else 0.25 + 0.2 * (place % 2),
-                  lw=0)  # fmt: skip
+        shade = 1.0 if known else 0.25 + 0.2 * (place % 2)
+        axes.barh(0, end - start, left=start, height=0.86, color=colour, alpha=shade, lw=0)
         if not known and end - start > 0.012 * (high - low):
             axes.text((start + end) / 2, 0, label.removeprefix("p"), ha="center", va="center_baseline", fontsize=6.5)
         elif known and place:
