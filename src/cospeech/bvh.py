@@ -171,6 +171,8 @@ class _Tree:
     def _declare(self, count: str, channels: list[str], place: str) -> None:
         if count != str(len(channels)):
             raise UserError(f"{place}: CHANNELS says {count[:20]} and names {len(channels)}; export it again")
+        if any(joint == self.open[-1] for joint, _ in self.channels):
+            raise UserError(f"{place}: a second CHANNELS of '{self.names[self.open[-1]]}'; export the file again")
         known = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
         lower = [channel.lower() for channel in channels]
         if not set(lower) <= known or len(set(lower)) < len(lower):

@@ -1,5 +1,7 @@
 """Body and voice of a record, cut to the length they share; a record that does not hold together is refused."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import soundfile
@@ -78,9 +80,7 @@ def test_an_excerpt_takes_the_same_stretch_of_body_and_voice(tmp_path):
 def test_neighbouring_excerpts_share_no_frame_and_lose_none(tmp_path):
     motion, audio = write_bvh(tmp_path / "a.bvh", 10, 30.0), write_wav(tmp_path / "a.wav", 10)
     cuts = [0.0, 2.51, 5.0, 7.777, None]
-    parts = [
-        take(motion=motion, audio=audio, start_s=start, end_s=end) for start, end in zip(cuts, cuts[1:], strict=False)
-    ]
+    parts = [take(motion=motion, audio=audio, start_s=start, end_s=end) for start, end in pairwise(cuts)]
     arm = np.concatenate([part.body["left_arm_x_deg"] for part in parts])
     # an excerpt whose sound is a fraction of a frame shorter than its frames gives up its last one
     assert set(np.round(np.diff(arm), 3)) <= {-0.1, -0.2}

@@ -103,7 +103,7 @@ def test_missing_silent_and_undefined_sound_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"nan\.wav: holds NaN at 0.500 s"):
         sound.read(tmp_path / "nan.wav")
     soundfile.write(tmp_path / "low.wav", tone(2000), 2000)
-    with pytest.raises(UserError, match="2000 Hz holds no speech"):
+    with pytest.raises(UserError, match="2000 Hz is none of recorded speech"):
         sound.read(tmp_path / "low.wav")
 
 
@@ -116,7 +116,7 @@ def test_what_is_written_is_16_bit_mono_and_the_same_bytes_every_time(tmp_path):
     np.testing.assert_allclose(sound.read(tmp_path / "a.wav").samples, tone(16000), atol=1 / 32768)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.data())
 def test_a_spoilt_wav_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
     content = bytearray(whole_wav())

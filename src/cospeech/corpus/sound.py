@@ -20,8 +20,8 @@ Floats = npt.NDArray[np.float64]
 RATE_HZ = 16000
 """Sampling rate of the project's own sound."""
 
-LOWEST_HZ = 4000
-"""Sampling rate below which a recording holds no speech to speak of."""
+RATES_HZ = (4000, 768000)
+"""Sampling rates of recordings of speech: lower ones hold none, and nothing records at higher ones."""
 
 SILENT = 2 / 32768
 """Peak, full scale 1, up to which a sound is nothing but rounding to 16 bits."""
@@ -55,6 +55,8 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> 
             if file.format not in WAV:
                 raise UserError(f"{path}: holds {file.format}, not wav; convert it to wav")
             rate, length = file.samplerate, file.frames
+            if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
+                raise UserError(f"{path}: a rate of {rate} Hz is none of recorded speech; check the file")
             first, last = _excerpt(path, start_s, end_s, rate, length)
             file.seek(first)
             channels = file.read(last - first, dtype="float64", always_2d=True)
@@ -66,8 +68,6 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> 
     if not np.isfinite(channels).all():
         at = (first + int(np.flatnonzero(~np.isfinite(channels).all(axis=1))[0])) / rate
         raise UserError(f"{path}: holds NaN at {at:.3f} s; export it again")
-    if rate < LOWEST_HZ:
-        raise UserError(f"{path}: a rate of {rate} Hz holds no speech; name a recording of at least {LOWEST_HZ} Hz")
     return _as_ours(channels, rate, path)
 
 
