@@ -34,6 +34,8 @@ OURS = {
     "left_thigh": "LHip", "left_shin": "LKnee", "left_foot": "LAnkle",
     "right_thigh": "RHip", "right_shin": "RKnee", "right_foot": "RAnkle",
 }  # fmt: skip
+EXCHANGE = {"left": "right", "right": "left"}
+SWAPPED = {"_".join(EXCHANGE.get(word, word) for word in ours.split("_")): theirs for ours, theirs in OURS.items()}
 
 
 def other_clip(seed, up="y", n_frames=20, largest=0.9):
@@ -199,6 +201,8 @@ def test_joints_that_the_file_lacks_stay_at_zero_and_are_said():
         ({"unit": "m"}, "upper arm is 28 m long"),
         ({"unit": "mm"}, "corpus.motion.unit"),
         ({"up": "z", "zero": "offsets"}, "leans .* degrees from upright"),
+        ({"joints": SWAPPED}, "'RArm' is on the actor's right"),
+        ({"joints": SWAPPED, "zero": "offsets"}, "exchange left and right"),
         ({"zero": "hanging"}, "'LArm' points elsewhere than in hanging"),
     ],
 )

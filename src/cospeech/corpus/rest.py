@@ -33,6 +33,8 @@ WIDEST = 150.0
 
 def pose(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: str) -> dict[str, Floats]:
     """Return C_j of our joints: from our rest pose to the source's pose at zero angles, in the file's axes."""
+    if clip.offsets is not None:
+        _check_sides(clip, source, upright, where)
     if zero == "offsets":
         return _from_offsets(clip, source, upright, where)
     rest = dict.fromkeys(source, upright)
@@ -44,6 +46,16 @@ def pose(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: 
     if clip.offsets is not None:
         _check_arms(clip, source, rest, zero, where)
     return rest
+
+
+def _check_sides(clip: Clip, source: dict[str, int], upright: Floats, where: str) -> None:
+    """Refuse a body that stands at zero angles but has its left arm on the right."""
+    stands = upright.T @ trunk_axes(places_at_rest(clip), source, where)
+    if stands[1, 1] > np.cos(np.radians(STANDS)) and stands[0, 0] < 0:
+        raise UserError(
+            f"{where}: at zero angles '{clip.names[source['left_arm']]}' is on the actor's right; exchange left and "
+            "right in corpus.motion.joints, or turn the body to face +z (up y) or -y (up z)"
+        )
 
 
 def _check_arms(clip: Clip, source: dict[str, int], rest: dict[str, Floats], zero: str, where: str) -> None:
