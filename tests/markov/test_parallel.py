@@ -22,6 +22,8 @@ def counts_of(kernel, model, frames, clamp):
     """Return log-likelihood and counts of one kernel, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
     packed = parallel._packed(model)
+    if kernel is parallel_exact:
+        packed = parallel._in_logs(packed, np.e)
     flat = [np.zeros(branches), *(np.zeros(branches * states) for _ in range(3))]
     flat += [np.zeros((features, branches * states)) for _ in range(2)]
     found = kernel.expect(frames, *(clamp or parallel.unclamped(branches)), *packed, *flat)

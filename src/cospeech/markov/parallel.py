@@ -120,6 +120,13 @@ def _packed(model: ParallelHMM) -> Packed:
     return Packed(model.entry, stay, 1.0 - stay, np.pad(weight, padding), np.pad(shift, padding), constant, pivot)
 
 
+def _in_logs(packed: Packed, base: float) -> Packed:
+    """Return the parameters with logarithms of the probabilities."""
+    with np.errstate(divide="ignore"):
+        entry, stay, leave = (np.log(values) / np.log(base) for values in packed[:3])
+    return packed._replace(entry=entry, stay=stay, leave=leave)
+
+
 def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
     return clamps if clamps is not None else [unclamped(len(model.entry))] * len(sequences)
 
@@ -155,12 +162,12 @@ def _sum(one: Counts, other: Counts) -> Counts:
 def _expect_one(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
     """Return the expected counts of one sequence: in scaled probabilities or, if these are unsure, in logarithms."""
     n_branches, n_states, n_features = len(packed.entry), len(packed.stay), len(packed.pivot)
-    for kernel in (parallel_scaled.expect, parallel_exact.expect):
+    for kernel, given in ((parallel_scaled.expect, packed), (parallel_exact.expect, _in_logs(packed, np.e))):
         counts = (
             np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
             np.zeros((n_features, n_states)), np.zeros((n_features, n_states)),
         )  # fmt: skip
-        found = kernel(frames, *clamp, *packed, *counts)
+        found = kernel(frames, *clamp, *given, *counts)
         if not np.isnan(found):
             break
     return Counts(found * np.log(2.0), *counts, packed.pivot)
@@ -237,7 +244,8 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
     """
     allowed, cuts = clamp or unclamped(len(model.entry))
     branch, begins = np.empty(len(frames), dtype=np.int64), np.empty(len(frames), dtype=bool)
-    score = parallel_viterbi.decode(frames, allowed, cuts, *_packed(model), branch, begins) * np.log(2.0)
+    packed = _in_logs(_packed(model), 2.0)
+    score = parallel_viterbi.decode(frames, allowed, cuts, *packed, branch, begins) * np.log(2.0)
     if score == -np.inf:
         raise UserError(f"a sequence of {len(frames)} frames: no path through the model keeps its clamps")
     return Path(branch, begins, float(score))
@@ -246,7 +254,7 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
 def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArray[np.bool_]) -> Floats:
     """Return log P(segment | branch) of every segment of one sequence under every branch alone, shape (L, M)."""
     starts = np.append(np.flatnonzero(begins), len(frames))
-    n_branches, packed = len(model.entry), _packed(model)
+    n_branches, packed = len(model.entry), _in_logs(_packed(model), np.e)
     found = [
         parallel_exact.branch_likelihoods(frames[start:end], n_branches, *packed[1:])
         for start, end in pairwise(starts)

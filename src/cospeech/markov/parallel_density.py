@@ -75,6 +75,13 @@ def exp2(x: float) -> float:
 
 
 @numba.njit(cache=True)
+def copy(source: Float, target: Float) -> None:
+    """Copy a vector; an assignment of arrays would bring its error messages along, which compile for seconds."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@numba.njit(cache=True)
 def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
     """Fill ``block`` (D, BLOCK) with frames from ``start`` less ``pivot``, 0 after the last; return how many."""
     n = min(BLOCK, len(frames) - start)
@@ -153,3 +160,20 @@ def turn(rows: Float, turned: Float) -> None:
             row = rows[s]
             t0[s], t1[s], t2[s], t3[s] = row[k], row[k + 1], row[k + 2], row[k + 3]
             t4[s], t5[s], t6[s], t7[s] = row[k + 4], row[k + 5], row[k + 6], row[k + 7]
+
+
+@numba.njit(cache=True)
+def fill(
+    frames: Float, start: int, pivot: Float, allowed: Bool, weight: Float, shift: Float, constant: Float,
+    block: Float, rows: Float, top: Float, density: Float,
+) -> int:  # fmt: skip
+    """Fill ``density`` (BLOCK, S) with the relative densities of the frames from ``start``, and return their number.
+
+    ``top`` (BLOCK,) holds the log2 of what they are relative to, ``block`` (D, BLOCK) the frames; ``rows`` (S, PITCH)
+    is scratch.
+    """
+    n = load(frames, start, pivot, block)
+    log_densities(block, n, start, allowed, weight, shift, constant, rows, top)
+    relative_densities(n, start, allowed, rows, top)
+    turn(rows, density)
+    return n

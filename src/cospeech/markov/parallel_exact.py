@@ -1,6 +1,7 @@
 """Compiled expectation of the parallel HMM in logarithms: exact whatever the range of the densities, and slow.
 
-The way out where ``parallel_scaled`` is not sure; its conventions and arguments hold here too.
+The way out where ``parallel_scaled`` is not sure; its conventions and arguments hold here too, but that
+``entry``, ``stay`` and ``leave`` are natural logarithms.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import numba
 import numpy as np
 
-from cospeech.markov.parallel_density import BLOCK, Bool, Float
+from cospeech.markov.parallel_density import BLOCK, Bool, Float, copy
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 
 IMPOSSIBLE = -math.inf
@@ -71,8 +72,9 @@ def _forward(
         elif within:
             value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
         after[s] = value + density[s]
-    total = log_sum(after, np.zeros(len(after)))
-    after -= total
+    total = log_sum(after, np.zeros_like(after))
+    for s in range(len(after)):
+        after[s] -= total
     return node, total
 
 
@@ -98,7 +100,6 @@ def expect(
 ) -> float:  # fmt: skip
     """Return the log2-likelihood of one sequence and fill its expected counts, as ``parallel_scaled.expect`` does."""
     n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
-    entry, stay, leave = np.log(entry), np.log(stay), np.log(leave)
     clamped = len(allowed) > 0
     anything = np.ones(0, np.bool_)
     alphas, densities = np.empty((BLOCK + 1, n_states)), np.empty((BLOCK, n_states))
@@ -108,7 +109,7 @@ def expect(
     likelihood = 0.0
     for t in range(n_frames):
         if t % BLOCK == 0:
-            checkpoints[t // BLOCK] = alpha
+            copy(alpha, checkpoints[t // BLOCK])
         may = allowed[t] if clamped else anything
         log_densities(frames[t], may, weight, shift, constant, pivot, densities[0])
         cut = cuts[t] if len(cuts) > 0 else FREE
@@ -121,7 +122,7 @@ def expect(
     beta, follow = np.zeros(n_states), np.empty(n_states)
     for j in range(len(checkpoints) - 1, -1, -1):
         start, end = j * BLOCK, min((j + 1) * BLOCK, n_frames)
-        alphas[0] = checkpoints[j]
+        copy(checkpoints[j], alphas[0])
         for t in range(start, end):
             k = t - start
             may = allowed[t] if clamped else anything
@@ -163,7 +164,6 @@ def branch_likelihoods(
 ) -> Float:
     """Return log P(frames | branch) of every branch alone, (M,): from its first state, ending in any."""
     n_states = len(stay)
-    stay, leave = np.log(stay), np.log(leave)
     anything = np.ones(0, np.bool_)
     alpha, density = np.full(n_states, IMPOSSIBLE), np.empty(n_states)
     for t in range(len(frames)):

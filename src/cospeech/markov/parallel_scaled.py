@@ -25,10 +25,8 @@ from cospeech.markov.parallel_density import (
     TINY,
     Bool,
     Float,
-    load,
-    log_densities,
-    relative_densities,
-    turn,
+    copy,
+    fill,
 )  # fmt: skip
 
 FREE, MUST, NEVER = 0, 1, 2
@@ -114,6 +112,56 @@ def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, 
     return node
 
 
+@numba.njit(cache=True)
+def _run(
+    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
+    alphas: Float, sums: Float, nodes: Float,
+) -> bool:  # fmt: skip
+    """Go forward through a block of n frames: rows 1 to n of ``alphas`` and ``sums`` follow from row 0.
+
+    Returns
+    -------
+    Whether every frame kept enough probability to be sure of.
+    """
+    for k in range(n):
+        if start + k == 0:
+            nodes[k], sums[k + 1] = 1.0, _first(density[k], entry, alphas[k + 1])
+        else:
+            cut = cuts[start + k] if len(cuts) > 0 else FREE
+            nodes[k], sums[k + 1] = _forward(
+                alphas[k], density[k], cut, 1.0 / sums[k], entry, stay, leave, alphas[k + 1]
+            )
+        if not sums[k + 1] > LEAST_SCALE:
+            return False
+    return True
+
+
+@numba.njit(cache=True)
+def _return(
+    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
+    alphas: Float, sums: Float, nodes: Float, beta: Float, follow: Float, gamma: Float, entered: Float, stayed: Float,
+) -> float:  # fmt: skip
+    """Go backward through a block that ``_run`` left; fill its posterior ``gamma`` (BLOCK, S) and add the counts.
+
+    Returns
+    -------
+    At the first frame of a sequence: the upper bound of its likelihood over the lower one.
+    """
+    bound = 1.0
+    for k in range(n - 1, -1, -1):
+        first = start + k == 0
+        cut = MUST if first else cuts[start + k] if len(cuts) > 0 else FREE
+        within = 0.0 if cut == MUST else 1.0
+        _meet(alphas[k + 1], alphas[k], density[k], 1.0 / sums[k], within, beta, follow, gamma[k], stayed)
+        for m in range(len(entry)):
+            # The node already holds the scale that follow holds too.
+            entered[m] += nodes[k] * sums[k] * entry[m] * follow[m]
+        bound = _backward(follow, cut, entry, stay, leave, beta)
+    for k in range(n, BLOCK):
+        gamma[k] = 0.0
+    return bound
+
+
 @numba.njit(cache=True, fastmath={"contract"})
 def _gather(gamma: Float, n: int, block: Float, occupied: Float, first: Float, second: Float) -> None:
     """Add a block's posterior (BLOCK, S), and its products with features and squares, four frames at a time."""
@@ -150,68 +198,41 @@ def expect(
     occupied, stayed, left : (S,) expected frames in each state, transitions to itself and away from it.
     first, second : (D, S) sums of the features less ``pivot``, and of their squares, over the state's frames.
     """
-    n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
+    n_frames, n_states = len(frames), len(stay)
     n_blocks = (n_frames + BLOCK - 1) // BLOCK
     block, rows, top = np.zeros((weight.shape[1], BLOCK)), np.empty((n_states, PITCH)), np.empty(BLOCK)
     density, alphas = np.empty((BLOCK, n_states)), np.zeros((BLOCK + 1, n_states))
     nodes, sums = np.empty(BLOCK), np.ones(BLOCK + 1)
     checkpoints, scales = np.zeros((n_blocks, n_states)), np.ones(n_blocks)
 
-    likelihood, product = 0.0, 1.0
+    likelihood, product, n = 0.0, 1.0, 0
     for j in range(n_blocks):
-        start = j * BLOCK
-        n = load(frames, start, pivot, block)
-        log_densities(block, n, start, allowed, weight, shift, constant, rows, top)
-        relative_densities(n, start, allowed, rows, top)
-        turn(rows, density)
-        checkpoints[j], scales[j] = alphas[0], sums[0]
+        copy(alphas[n], checkpoints[j])
+        copy(alphas[n], alphas[0])
+        scales[j] = sums[0] = sums[n]
+        n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, rows, top, density)
+        if not _run(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, sums, nodes):
+            return UNSURE
         for k in range(n):
-            if start + k == 0:
-                total = _first(density[0], entry, alphas[1])
-            else:
-                cut = cuts[start + k] if len(cuts) > 0 else FREE
-                _, total = _forward(alphas[k], density[k], cut, 1.0 / sums[k], entry, stay, leave, alphas[k + 1])
-            if not total > LEAST_SCALE:
-                return UNSURE
-            sums[k + 1] = total
             likelihood += top[k]
-            product *= total
+            product *= sums[k + 1]
             if product < 1e-100:
                 likelihood += math.log2(product)
                 product = 1.0
-        alphas[0], sums[0] = alphas[n], sums[n]
     likelihood += math.log2(product)
 
-    beta, follow, gamma = np.full(n_states, 1.0 / sums[0]), np.empty(n_states), np.empty((BLOCK, n_states))
-    left[:] = -alphas[0] / sums[0]
-    bound = 0.0
+    beta, follow, gamma = np.full(n_states, 1.0 / sums[n]), np.empty(n_states), np.empty((BLOCK, n_states))
+    for s in range(n_states):
+        left[s] = -alphas[n, s] / sums[n]
+    bound = 1.0
     for j in range(n_blocks - 1, -1, -1):
-        start = j * BLOCK
-        n = load(frames, start, pivot, block)
-        if j < n_blocks - 1:
-            log_densities(block, n, start, allowed, weight, shift, constant, rows, top)
-            relative_densities(n, start, allowed, rows, top)
-            turn(rows, density)
-        alphas[0], sums[0] = checkpoints[j], scales[j]
-        for k in range(n):
-            if start + k == 0:
-                nodes[0], sums[1] = 1.0, _first(density[0], entry, alphas[1])
-            else:
-                cut = cuts[start + k] if len(cuts) > 0 else FREE
-                nodes[k], sums[k + 1] = _forward(
-                    alphas[k], density[k], cut, 1.0 / sums[k], entry, stay, leave, alphas[k + 1]
-                )
-        gamma[n:] = 0.0
-        for k in range(n - 1, -1, -1):
-            begins = start + k == 0
-            cut = MUST if begins else cuts[start + k] if len(cuts) > 0 else FREE
-            scale = 1.0 if begins else 1.0 / sums[k]
-            within = 0.0 if cut == MUST else 1.0
-            _meet(alphas[k + 1], alphas[k], density[k], scale, within, beta, follow, gamma[k], stayed)
-            for m in range(n_branches):
-                # The node already holds the scale that follow holds too.
-                entered[m] += nodes[k] * (1.0 if begins else sums[k]) * entry[m] * follow[m]
-            bound = _backward(follow, cut, entry, stay, leave, beta)
+        copy(checkpoints[j], alphas[0])
+        sums[0] = scales[j]
+        n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, rows, top, density)
+        _run(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, sums, nodes)
+        bound = _return(
+            j * BLOCK, n, cuts, density, entry, stay, leave, alphas, sums, nodes, beta, follow, gamma, entered, stayed
+        )
         _gather(gamma, n, block, occupied, first, second)
     for s in range(n_states):
         stayed[s] *= stay[s]

@@ -1,7 +1,8 @@
 """Compiled decoding of the parallel HMM: the most likely path, without a back pointer for any state.
 
 Each state carries the frame in which its best path entered the branch, and each frame keeps the best branch to leave
-and that branch's entry: the path is read back segment by segment. Conventions are those of ``parallel_scaled``.
+and that branch's entry: the path is read back segment by segment. Conventions and arguments are those of
+``parallel_scaled``, but that ``entry``, ``stay`` and ``leave`` are logarithms to the base 2.
 """
 
 from __future__ import annotations
@@ -50,7 +51,6 @@ def decode(
 ) -> float:  # fmt: skip
     """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score."""
     n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
-    entry, stay, leave = np.log2(entry), np.log2(stay), np.log2(leave)
     last = n_states - n_branches
     block, rows, top = np.zeros((weight.shape[1], BLOCK)), np.empty((n_states, PITCH)), np.empty(BLOCK)
     density = np.empty((BLOCK, n_states))
