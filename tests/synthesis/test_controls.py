@@ -16,7 +16,7 @@ from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
 
 SEED = 2012
-WEIGHTS = (0.05, 0.1, 0.2, 0.4, 1.0)
+WEIGHTS = (0.1, 0.3, 1.0)
 HOW = hsmm.Estimate(segments.GESTURES, 8, 10.0, 1e-6, "none", 1.0)
 
 
