@@ -1,7 +1,7 @@
 """One record enters: its files read, checked against each other and brought to our skeleton, rate and length."""
 
 from cospeech import job
-from cospeech.corpus import annotations, intake, sound
+from cospeech.corpus import intake, sound
 from cospeech.corpus.retarget import Declaration
 
 with job.run(snakemake) as work:
@@ -11,11 +11,6 @@ with job.run(snakemake) as work:
     )
     name, duration_s = given["record"], taken.row["duration_s"].iloc[0]
     work.say(f"{name}: {duration_s:.3f} s; {taken.row['note'].iloc[0] or 'as delivered'}")
-    if given["annotations"]:
-        examples = annotations.read(given["annotations"], name, duration_s, labels)
-    else:
-        planted = work.read(work.input.planted, "annotations") if work.input.get("planted") else None
-        examples = annotations.of_record(planted, name, duration_s, labels)
     if work.output.get("motion"):
         work.write(taken.body, work.output.motion, "motion")
     else:
@@ -24,5 +19,4 @@ with job.run(snakemake) as work:
         sound.write(taken.voice, work.output.audio)
     else:
         work.write(taken.voice, work.output.prosody, "prosody")
-    work.write(examples, work.output.annotations, "annotations")
     work.write(taken.row, work.output.record, "records")

@@ -15,17 +15,24 @@ DELIVERED = {
 
 
 def given_record(wildcards):
-    """The record as the configuration lists it."""
-    return RECORDS[wildcards.record]
+    """The record as the configuration lists it, but for its annotations: new ones do not change it."""
+    return {key: value for key, value in RECORDS[wildcards.record].items() if key != "annotations"}
 
 
 def files_of(wildcards):
-    """The files that a record is made of; the studio's examples are planted, unless rules propose them."""
-    record = given_record(wildcards)
-    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind]}
+    """The files that a record is made of."""
+    record = RECORDS[wildcards.record]
+    return {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+
+
+def examples_of(wildcards):
+    """Where a record's labelled examples come from: a person's file, the studio's truth, or nowhere (rules)."""
+    given = RECORDS[wildcards.record]["annotations"]
+    if given:
+        return {"annotations": given}
     if VIRTUAL and config["phrases"]["gesture"]["first_examples"] == "annotations":
-        files["planted"] = f"{RESULTS}/corpus/truth/annotations.parquet"
-    return files
+        return {"planted": f"{RESULTS}/corpus/truth/annotations.parquet"}
+    return {}
 
 
 rule record:
@@ -34,7 +41,6 @@ rule record:
     output:
         **DELIVERED,
         record=f"{RESULTS}/corpus/records/{{record}}.parquet",
-        annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
     log:
         f"{RESULTS}/logs/record/{{record}}.log",
     benchmark:
@@ -51,6 +57,27 @@ rule record:
         "record {wildcards.record} enters"
     script:
         "../../scripts/corpus/record.py"
+
+
+# Apart from the record itself, so that a corrected annotation leaves sound and motion as they are.
+rule examples:
+    input:
+        unpack(examples_of),
+        record=f"{RESULTS}/corpus/records/{{record}}.parquet",
+    output:
+        annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+    log:
+        f"{RESULTS}/logs/examples/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/examples/{{record}}.tsv"
+    params:
+        labels=config["phrases"]["gesture"]["labels"],
+        corpus=config["corpus"]["name"],
+        code=code("corpus/examples"),
+    message:
+        "labelled examples of {wildcards.record}"
+    script:
+        "../../scripts/corpus/examples.py"
 
 
 rule records:

@@ -1,0 +1,14 @@
+"""The labelled examples of one record: from a person's annotations, planted by the studio, or none."""
+
+from cospeech import job
+from cospeech.corpus import annotations
+
+with job.run(snakemake) as work:
+    row = work.read(work.input.record, "records").iloc[0]
+    name, duration_s, labels = row["record"], float(row["duration_s"]), work.params["labels"]
+    if work.input.get("annotations"):
+        examples = annotations.read(work.input.annotations, name, duration_s, labels)
+    else:
+        planted = work.read(work.input.planted, "annotations") if work.input.get("planted") else None
+        examples = annotations.of_record(planted, name, duration_s, labels)
+    work.write(examples, work.output.annotations, "annotations")
