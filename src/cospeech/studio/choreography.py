@@ -62,7 +62,7 @@ FIGURES: dict[str, tuple[Hand, Hand]] = {
     "open": (OPENED, OPENED),
     "right": (AT_REST, UP_ALONE),
 }
-"""What left and right hand do in each class of Özkul 2012, Table 4.1; 'perpendicular' comes both ways round."""
+"""What left and right hand do in each class of Özkul 2012, Table 4.1; 'perpendicular' is a left-handed actor's."""
 
 PREPARATION = (0.30, 0.32, 0.75)
 RETRACTION = (0.33, 0.38, 0.85)
@@ -71,6 +71,10 @@ RETRACTION = (0.33, 0.38, 0.85)
 LETS_GO = (0.15, 0.16, 0.30)
 """The same for the end of a phrase that goes over into another gesture."""
 
+
+RIGHT_HANDED = 0.9
+HOLD = 1.5
+"""How long a hold is, in half beats."""
 
 UNAWARE_S = 2.0
 """How long the last gesture of a record is meant to be at least."""
@@ -84,7 +88,7 @@ class Style:
     height_m: float
     forward_m: float
     beat_s: float
-    right_handed: float
+    right_handed: bool
     holds: float
     sway: float
 
@@ -97,7 +101,7 @@ def style(actor: str, seed: int) -> Style:
         height_m=draw.uniform(-0.02, 0.04),
         forward_m=draw.uniform(-0.02, 0.02),
         beat_s=draw.uniform(0.42, 0.60),
-        right_handed=draw.uniform(0.65, 0.85),
+        right_handed=draw.random() < RIGHT_HANDED,
         holds=draw.uniform(0.15, 0.40),
         sway=draw.uniform(0.8, 1.2),
     )
@@ -159,7 +163,7 @@ def _phrase(
     figure = FIGURES[label]
     if following is None:  # the record's end cuts it off, but was not known when it began
         end = max(end, start + UNAWARE_S)
-    if label == "perpendicular" and draw.random() > manner.right_handed:
+    if label == "perpendicular" and manner.right_handed:
         figure = figure[::-1]
     begin = start + _phase(PREPARATION, end - start) * draw.uniform(0.85, 1.15)
     leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
@@ -189,10 +193,11 @@ def _phase(law: tuple[float, float, float], duration_s: float) -> float:
 
 def _beats(begin: float, stop: float, manner: Style, draw: np.random.Generator) -> Floats:
     """Return the turning points of the beats from ``begin`` to ``stop``: two a beat, uneven as living ones are."""
-    halves = max(1, round((stop - begin) / (manner.beat_s / 2 * draw.uniform(1.1, 1.8))))
+    pace_s = manner.beat_s / 2 * draw.uniform(1.1, 1.8)
+    held = HOLD * (draw.random() < manner.holds)  # in half beats
+    halves = max(1, round((stop - begin) / pace_s - held))
     steps = draw.uniform(0.8, 1.2, halves)
-    if halves > 2 and draw.random() < manner.holds:
-        steps[int(draw.integers(halves))] *= 2.5
+    steps[int(draw.integers(halves))] += held
     return begin + (stop - begin) * np.append(0.0, np.cumsum(steps) / steps.sum())
 
 

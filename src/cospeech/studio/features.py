@@ -6,10 +6,13 @@ on the studio's own sound (eight records of 60 s, two voices, frames of 25 ms in
 - 87 % of the spoken frames are voiced, in runs of 19 frames parted by runs of 2.5 frames;
 - log energy lies 0.19 below the plan in voiced frames and 0.66 in unvoiced ones, with deviations of 0.39 and 0.58 and
   a correlation of 0.37 from frame to frame; a frame beside a pause shares a quarter of its window with it;
-- the best lag of a voiced frame is the planted one within 0.18 semitones, but anywhere in 1.5 % of the frames, and
-  anywhere in frames without voice;
+- the best lag is the planted one within 0.18 semitones, but anywhere in 1.5 % of the voiced frames, in 57 % of the
+  unvoiced ones, and in pauses;
 - the gain of a voiced frame is up to 1 less the share of the window that its lag takes, of an unvoiced one about 0.3,
-  of a pause about 0.09.
+  of a pause about 0.09; a correlation of 0.8 gives it the steps from frame to frame that were measured.
+
+Clusters of these features share up to 0.05 more mutual information with the planted patterns than clusters of the
+sound's features do: real noise is not drawn frame by frame.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from scipy.special import ndtr
 
 from cospeech.segments import frame_times
 from cospeech.studio.cast import generator
@@ -30,9 +34,9 @@ WINDOW_S = 0.05
 
 VOICED_RUN, UNVOICED_RUN = 19.0, 2.5
 ENERGY_BELOW = {"voiced": (0.19, 0.39), "unvoiced": (0.66, 0.58), "pause": (0.0, 0.06)}
-ENERGY_MEMORY = 0.37
+ENERGY_MEMORY, GAIN_MEMORY = 0.37, 0.8
 LAG_SPREAD_ST = 0.18
-STRAY_LAGS = 0.015
+STRAY_LAGS = {"voiced": 0.015, "unvoiced": 0.57}
 
 SHARES = np.array([0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0])
 ANY_LAG_S = np.array([0.0025, 0.0029, 0.0047, 0.0074, 0.0111, 0.0154, 0.0166])
@@ -61,7 +65,7 @@ def features(
     voiced = speaks & _voicing(n_frames, draw)
     planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
     intensity_log = _energy(intensity_db, speaks, voiced, draw)
-    lag_s = _lag(planted_lag_s, voiced, draw)
+    lag_s = _lag(planted_lag_s, speaks, voiced, draw)
     gain = _gain(lag_s, speaks, voiced, draw)
     named = {
         "intensity": (intensity_log - intensity_log.mean()) / intensity_log.std(),
@@ -91,19 +95,24 @@ def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.
         )
         for k in (0, 1)
     )
-    memory = ENERGY_MEMORY ** np.arange(10)
-    noise = np.convolve(draw.normal(size=len(power) + 9), memory, mode="valid") / np.sqrt((memory**2).sum())
-    return np.log(seen) - below + spread * noise
+    return np.log(seen) - below + spread * _lasting_noise(len(power), ENERGY_MEMORY, draw)
 
 
-def _lag(planted_lag_s: Floats, voiced: Flags, draw: np.random.Generator) -> Floats:
-    anywhere = ~voiced | (draw.random(len(voiced)) < STRAY_LAGS)
+def _lasting_noise(n_frames: int, memory: float, draw: np.random.Generator) -> Floats:
+    """Return normal noise of unit variance, (T,), of which a share ``memory`` is left in the next frame."""
+    left = memory ** np.arange(40)
+    return np.convolve(draw.normal(size=n_frames + 39), left, mode="valid") / np.sqrt((left**2).sum())
+
+
+def _lag(planted_lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+    astray = np.select([voiced, speaks], [STRAY_LAGS["voiced"], STRAY_LAGS["unvoiced"]], 1.0)
+    anywhere = draw.random(len(voiced)) < astray
     near = planted_lag_s * 2.0 ** (draw.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
     return np.where(anywhere, np.interp(draw.random(len(voiced)), SHARES, ANY_LAG_S), near)
 
 
 def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
-    share = draw.random(len(lag_s))
+    share = ndtr(_lasting_noise(len(lag_s), GAIN_MEMORY, draw))
     voice = np.interp(share, SHARES, VOICED_GAIN) * (1.0 - lag_s / WINDOW_S)
     return np.select(
         [voiced, speaks],

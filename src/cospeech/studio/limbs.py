@@ -12,6 +12,9 @@ Floats = npt.NDArray[np.float64]
 STRETCH = 0.995
 """Largest reach as a share of the limb's length: a living limb is never quite straight."""
 
+TIGHTEST_DEG = 140.0
+"""How far a limb bends at most."""
+
 
 def reach(
     target_m: Floats, pole: Floats, upper_m: float, lower_m: float, bends: Literal["forward", "backward"]
@@ -23,13 +26,14 @@ def reach(
 
     Parameters
     ----------
-    target_m : (T, 3) place of the limb's end from its root, in the frame of the root's parent; out of reach it is
-        drawn in along its line.
+    target_m : (T, 3) place of the limb's end from its root, in the frame of the root's parent; out of reach, or
+        nearer than the limb can bend, it moves along its line.
     pole : (T, 3) direction in which the middle joint stands off from the line between root and target.
     """
     distance = np.linalg.norm(target_m, axis=1)
     line = target_m / distance[:, None]
-    distance = np.minimum(distance, STRETCH * (upper_m + lower_m))
+    nearest = np.sqrt(upper_m**2 + lower_m**2 + 2.0 * upper_m * lower_m * np.cos(np.radians(TIGHTEST_DEG)))
+    distance = np.clip(distance, nearest, STRETCH * (upper_m + lower_m))
     off = pole - np.sum(pole * line, axis=1, keepdims=True) * line
     off /= np.linalg.norm(off, axis=1, keepdims=True)
     cosine = (upper_m**2 + distance**2 - lower_m**2) / (2.0 * upper_m * distance)

@@ -1,0 +1,81 @@
+"""Features without sound: of the schema, of the planted course, and as the sound's own features are."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from cospeech import segments, tables
+from cospeech.speech import prosody as measured
+from cospeech.studio import cast, features, script, voice
+from cospeech.studio.patterns import NAMES
+
+FRAME_S, SEED, GAIN = 0.025, 2012, 0.4
+
+
+def phrases(actor, record, duration_s):
+    return script.write(cast.member(actor, SEED, FRAME_S, 10.0), record, duration_s, 0.8, FRAME_S, SEED)[1]
+
+
+@pytest.fixture(scope="module", params=[("ada", "Female1"), ("deniz", "Male1")], ids=["woman", "man"])
+def pair(request):
+    """The features of the sound and those made without it, of one record of 60 s, and its patterns."""
+    actor, name = request.param
+    prosody = phrases(actor, "x", 60.0)
+    sound, planted = voice.speak("x", prosody, name, "documentary", FRAME_S, SEED)
+    frames = measured.measure(sound, voice.RATE_HZ, frame_s=FRAME_S, window_s=0.05, pitch_min_hz=60, pitch_max_hz=400)
+    heard = measured.features(frames, measured.statistics("x", frames, GAIN), FRAME_S)
+    made = features.features("x", prosody, voice.base_hz(name), FRAME_S, GAIN, SEED)
+    return heard, made, planted["pattern"].to_numpy()
+
+
+def test_the_table_obeys_its_schema_and_is_normalised():
+    made = features.features("x", phrases("ada", "x", 60.0), 180.0, FRAME_S, GAIN, SEED)
+    tables.validate(made, "prosody", "x")
+    assert len(made) == 2400
+    assert made["intensity"].mean() == pytest.approx(0, abs=1e-9)
+    assert made["intensity"].std(ddof=0) == pytest.approx(1)
+    voiced = made["pitch_gain"] > GAIN
+    assert made.loc[voiced, "pitch_lag"].mean() == pytest.approx(0, abs=1e-12)
+    for name in ("intensity", "pitch_lag", "pitch_gain"):
+        np.testing.assert_allclose(made[f"d_{name}"], np.diff(made[name], prepend=made[name].iloc[0]))
+
+
+def test_the_same_table_twice_and_another_for_another_record():
+    prosody = phrases("ada", "x", 30.0)
+    one, again, other = (features.features(name, prosody, 180.0, FRAME_S, GAIN, SEED) for name in ("x", "x", "y"))
+    pd.testing.assert_frame_equal(one, again)
+    assert (one["intensity"] != other["intensity"]).all()
+
+
+def test_voiced_frames_lie_on_the_planted_course():
+    prosody = segments.from_starts("x", [0, 40, 80], ["p3", "p1", "p7"], 1200, 40.0)
+    made = features.features("x", prosody, 100.0, FRAME_S, GAIN, SEED)
+    level = made["lag_s"][:40][made["pitch_gain"][:40] > GAIN]
+    assert 12 * np.log2(0.01 / level.median()) == pytest.approx(4.5, abs=0.2)
+    loudness = made["intensity_log"] * 10 / np.log(10)
+    assert loudness[82:].mean() - loudness[1:39].mean() == pytest.approx(9.5, abs=1.5)
+    assert loudness[42:78].mean() == pytest.approx(-60, abs=0.5)
+
+
+def test_each_pattern_has_the_mean_that_it_has_in_the_sound(pair):
+    """Within the spread of what was measured once for all patterns and voices, and is drawn for each."""
+    heard, made, patterns = pair
+    for name in NAMES:
+        here = patterns == name
+        if here.sum() < 80:
+            continue
+        voiced = (here & (heard["pitch_gain"] > GAIN), here & (made["pitch_gain"] > GAIN))
+        assert heard["intensity_log"][here].mean() == pytest.approx(made["intensity_log"][here].mean(), abs=0.35)
+        assert heard["pitch_gain"][here].mean() == pytest.approx(made["pitch_gain"][here].mean(), abs=0.1)
+        if voiced[0].sum() > 40:
+            lags = heard["lag_s"][voiced[0]].median(), made["lag_s"][voiced[1]].median()
+            assert abs(12 * np.log2(lags[0] / lags[1])) < 1.0
+
+
+def test_frames_vary_as_they_vary_in_the_sound(pair):
+    heard, made, patterns = pair
+    speaks = patterns != "p1"
+    for name, rel in {"intensity": 0.15, "d_intensity": 0.25, "pitch_gain": 0.2, "d_pitch_gain": 0.25}.items():
+        assert made[name][speaks].std() == pytest.approx(heard[name][speaks].std(), rel=rel), name
+    share = [(table["pitch_gain"][speaks] > GAIN).mean() for table in (heard, made)]
+    assert share[0] == pytest.approx(share[1], abs=0.08)  # one figure for two voices that are 5 % apart
