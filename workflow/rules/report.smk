@@ -16,7 +16,9 @@ STRIPS = [*PICTURED, *SYSTEMS[SHOWN].controls[-1:], "random"]
 DRAWN_BIN_S = sorted(config["evaluation"]["bins_s"])[len(config["evaluation"]["bins_s"]) // 2]
 WIDEST_BIN_S = max(config["evaluation"]["bins_s"])
 
-PUBLISHED = "reports/template/published.yaml"
+# The template belongs to the program, which may lie elsewhere than the results.
+TEMPLATE = Path(workflow.basedir) / "reports" / "template"
+PUBLISHED = TEMPLATE / "published.yaml"
 CAPTIONS = "../../reports/template/captions"
 
 
@@ -412,9 +414,9 @@ FILMED = list(RECORDS) if "motion" in BRINGS else []
 
 rule page:
     input:
-        template="reports/template/page.html.jinja",
+        template=TEMPLATE / "page.html.jinja",
         published=PUBLISHED,
-        captions=expand("reports/template/captions/{exhibit}.rst", exhibit=EXHIBITS),
+        captions=[TEMPLATE / "captions" / f"{exhibit}.rst" for exhibit in EXHIBITS],
         figures=expand(f"{REPORTS}/figures/{{exhibit}}.svg", exhibit=FIGURES),
         tables=expand(f"{REPORTS}/tables/{{exhibit}}.csv", exhibit=TABLES),
         records=f"{RESULTS}/corpus/records.parquet",
