@@ -1,8 +1,12 @@
 """A typical picture of each gesture class."""
 
+from pathlib import Path
+
 from cospeech import job
-from cospeech.report import output, pictures, style
+from cospeech.report import output, pictures
 
 with job.run(snakemake) as work:
-    style.save(pictures.figure(work.input.picture), work.output.svg, work.output.png)
+    picture = Path(work.input.picture).read_bytes()
+    output.save_bytes(pictures.as_svg(picture, work.input.picture).encode(), work.output.svg)
+    output.save_bytes(picture, work.output.png)
     output.save_table(work.read(work.input.table, "stills"), work.output.table)

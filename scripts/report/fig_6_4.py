@@ -1,7 +1,11 @@
 """Frames of a synthesised animation."""
 
+from pathlib import Path
+
 from cospeech import job
-from cospeech.report import pictures, style
+from cospeech.report import output, pictures
 
 with job.run(snakemake) as work:
-    style.save(pictures.figure(work.input.picture), work.output.svg, work.output.png)
+    picture = Path(work.input.picture).read_bytes()
+    output.save_bytes(pictures.as_svg(picture, work.input.picture).encode(), work.output.svg)
+    output.save_bytes(picture, work.output.png)

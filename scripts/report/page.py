@@ -5,8 +5,8 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from cospeech import job, tables
-from cospeech.report import beside, captions, facts, findings, leaderboard, page, videos
+from cospeech import job
+from cospeech.report import beside, captions, facts, findings, leaderboard, output, page, videos
 
 MOST_BYTES = 25_000_000
 
@@ -55,5 +55,4 @@ with job.run(snakemake) as work:
     shown = videos.embed(
         dict(zip(given["filmed"], work.input.videos, strict=True)), given["video_links"], given["actors"], room
     )
-    with tables.replacing(work.output.page) as temporary:
-        temporary.write_text(page.render(template, videos=shown, **content), encoding="utf-8")
+    output.save_bytes(page.render(template, videos=shown, **content).encode(), work.output.page)

@@ -28,7 +28,8 @@ def banner(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> 
     records, annotations : the tables of those names.
     """
     minutes = records["duration_s"].sum() / 60
-    size = f"{records['actor'].nunique()} actors, {len(records)} records, {minutes:.1f} minutes"
+    actors = words.counted(records["actor"].nunique(), "actor")
+    size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
         return _virtual(config["studio"], size)
     labelled = annotations["origin"].value_counts()
@@ -103,8 +104,8 @@ def _features(config: Config, records: pd.DataFrame) -> list[tuple[str, str]]:
         (
             "speech",
             f"frames of {words.seconds(speech['frame_s'])}, window {words.seconds(speech['window_s'])}; intensity, "
-            f"pitch lag ({speech['pitch_min_hz']:g} to {speech['pitch_max_hz']:g} Hz), pitch gain, and their differences; "
-            "normalised within each record",
+            f"pitch lag ({speech['pitch_min_hz']:g} to {speech['pitch_max_hz']:g} Hz), pitch gain, "
+            "and their differences; normalised within each record",
         ),
         (
             "gesture phrases",
@@ -152,6 +153,7 @@ def _scores(config: Config) -> list[tuple[str, str]]:
             "means and intervals",
             "S: mean over gestures and records; other measures: mean over records, weighted by duration. "
             f"{100 * evaluation['bootstrap']['level']:g} % intervals: {evaluation['bootstrap']['samples']} bootstrap "
-            "samples of records within actors, percentiles widened as few records need; of four records it is their range",
+            "samples of records within actors, percentiles widened as few "
+            "records need; of four records it is their range",
         ),
     ]

@@ -14,24 +14,25 @@ from cospeech.report.leaderboard import Systems
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding: a line that says it, and the numbers behind it."""
+    """One finding: a sentence that says it, and lines with the numbers behind it."""
 
     claim: str
-    evidence: str
+    evidence: list[str]
 
 
 def number(value: float, signed: bool = False) -> str:
-    """Return a score with two decimals, or three where it is small; a dash where it is undefined."""
-    if value is None or value != value:
+    """Return a score with two decimals, three where these would show 0; a dash where it is undefined."""
+    if value != value:
         return "–"
-    digits = 3 if 0 < abs(value) < 0.095 else 2
-    text = f"{value:+.{digits}f}" if signed else f"{value:.{digits}f}"
+    digits = 3 if value != 0 and round(value, 2) == 0 else 2
+    text = f"{value + 0.0:{'+' if signed else ''}.{digits}f}"
     return text.replace("-", "−")
 
 
-def with_interval(row: pd.Series, name: str = "value", signed: bool = False) -> str:
-    """Return a number and its interval, ``0.52 (0.40 to 0.63)``."""
-    text = number(row[name], signed)
+def with_interval(row: pd.Series, name: str = "value", unit: str = "") -> str:
+    """Return a number and its interval, ``0.52 (0.40 to 0.63)``; a difference with its sign."""
+    signed = name == "difference"
+    text = number(row[name], signed) + unit
     if row["low"] != row["low"]:
         return f"{text} (no interval)"
     return f"{text} ({number(row['low'], signed)} to {number(row['high'], signed)})"
@@ -83,38 +84,38 @@ def _speech(name: str, pooled: pd.DataFrame, paired: pd.DataFrame, systems: Syst
     """Whether a system does better than its own controls, which decode alike and hear the wrong speech."""
     title = systems[name]["title"]
     own = _row(pooled, system=name, measure="kappa", part="interior")
-    evidence, verdicts = [], {}
+    evidence = [] if own is None else [f"kappa {with_interval(own)} on the interior of records"]
+    verdicts: dict[str, dict[str, str]] = {"kappa": {}, "D": {}}
     for control in systems[name]["controls"]:
-        heard = systems[control]["title"].replace(f"{title}: ", "")
-        for measure in ("kappa", "D"):
+        heard = systems[control]["title"].removeprefix(f"{title}: ").replace("own speech", "its own speech")
+        told = []
+        for measure, unit in (("kappa", ""), ("D", " s")):
             row = _row(paired, system=name, other=control, measure=measure, part="interior")
             if row is not None and row["difference"] == row["difference"]:
-                verdicts[measure, control] = verdict(row, words.MEASURES[measure].better)
-                unit = " s" if measure == "D" else ""
-                evidence.append(f"{measure} {with_interval(row, 'difference', signed=True)}{unit} against {heard}")
-    kappas = {v for (measure, _), v in verdicts.items() if measure == "kappa"}
-    distances = {v for (measure, _), v in verdicts.items() if measure == "D"}
-    claim = f"{title} {_what_speech_gives(kappas)}{_and_boundaries(distances)}."
-    level = f"kappa {with_interval(own)}; " if own is not None else ""
-    return Finding(claim, f"On the interior of records: {level}{'; '.join(evidence)}.")
+                verdicts[measure][heard] = verdict(row, words.MEASURES[measure].better)
+                told.append(f"{measure} {with_interval(row, 'difference', unit)}")
+        evidence.append(f"against {heard}: {', '.join(told) if told else 'undefined'}")
+    return Finding(f"{title} {_by_kappa(verdicts['kappa'])}. {_by_distance(set(verdicts['D'].values()))}", evidence)
 
 
-def _what_speech_gives(kappas: set[str]) -> str:
-    if kappas == {"better"}:
-        return "picks gestures by the speech it hears: it beats both controls that hear the wrong speech"
-    if "better" in kappas and "worse" not in kappas:
-        return "beats only one of its two controls that hear the wrong speech"
-    if "worse" in kappas:
-        return "does worse than a control that hears the wrong speech"
-    return "cannot be told from the same decoder under the wrong speech on this corpus"
+def _by_kappa(verdicts: dict[str, str]) -> str:
+    """Return what the differences in kappa say, control by control."""
+    by = {kind: [heard for heard, found in verdicts.items() if found == kind] for kind in ("better", "worse")}
+    if by["worse"]:
+        return f"picks gestures worse than the same decoder hearing {' or '.join(by['worse'])}"
+    if not by["better"]:
+        return "cannot be told from the same decoder hearing the wrong speech"
+    undecided = [heard for heard in verdicts if heard not in by["better"]]
+    told = f"picks gestures better than the same decoder hearing {' or '.join(by['better'])}"
+    return f"{told}, but cannot be told from it hearing {' or '.join(undecided)}" if undecided else told
 
 
-def _and_boundaries(distances: set[str]) -> str:
-    if distances == {"better"}:
-        return ", and places boundaries closer to the actual ones"
-    if "worse" in distances:
-        return ", and places boundaries further from the actual ones than a control does"
-    return "; whether it places boundaries better is not decided" if distances else ""
+def _by_distance(verdicts: set[str]) -> str:
+    if verdicts == {"better"}:
+        return "Its boundaries lie closer to the actual ones, too."
+    if "worse" in verdicts:
+        return "Its boundaries lie further from the actual ones than a control's."
+    return "Whether its boundaries lie closer is not decided."
 
 
 def _printed_or_weighted(paired: pd.DataFrame, systems: Systems) -> Finding:
@@ -125,24 +126,24 @@ def _printed_or_weighted(paired: pd.DataFrame, systems: Systems) -> Finding:
         if row is None or row["difference"] != row["difference"]:
             continue
         parts.append((named[verdict(row, words.MEASURES[measure].better)], measure))
-        unit = " s" if measure == "D" else ""
-        evidence.append(f"{measure} {with_interval(row, 'difference', signed=True)}{unit}")
+        evidence.append(f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}")
     verbs = list(dict.fromkeys(verb for verb, _ in parts))
     told = ", and ".join(
         f"{verb} the printed decoder in {' and '.join(m for v, m in parts if v == verb)}" for verb in verbs
     )
     title = systems["hsmm_weighted"]["title"]
-    return Finding(f"{title} {told}.", f"Differences on the interior: {'; '.join(evidence)}.")
+    return Finding(f"{title} {told}.", [f"difference on the interior of records: {line}" for line in evidence])
 
 
 def _ceiling(pooled: pd.DataFrame) -> Finding:
     rows = pooled[(pooled["system"] == "another") & (pooled["measure"] == "S") & (pooled["part"] == "whole")]
     rows = rows.sort_values("bin_s")
-    told = [f"{with_interval(row)} with {words.seconds(row['bin_s'])} bins" for _, row in rows.iterrows()]
+    finest = rows.iloc[0]
     return Finding(
-        f"Two real records of one actor reach only S = {number(rows['value'].iloc[0])} "
-        f"at the printed bins of {words.seconds(rows['bin_s'].iloc[0])}: read S beside that.",
-        f"S of another real record of the actor: {', '.join(told)}. The thesis printed 0.83 for its own corpus.",
+        f"Two real records of one actor reach S = {number(finest['value'])} in the finest bins "
+        f"({words.seconds(finest['bin_s'])}). Read every S beside that.",
+        [f"S {with_interval(row)} in bins of {words.seconds(row['bin_s'])}" for _, row in rows.iterrows()]
+        + ["published for the best synthesis, on another corpus: 0.83"],
     )
 
 
@@ -156,8 +157,11 @@ def _easy_distance(pooled: pd.DataFrame, systems: Systems) -> list[Finding]:
     return [
         Finding(
             f"D alone rewards silence: the least D belongs to the control “{title}”.",
-            f"Its D is {number(least['value'])} s with {number(ratio['value'])} of the actual number of phrases. "
-            "The boundary at 0 s, which every sequence has, costs nothing. Boundary F1 and kappa do not reward that.",
+            [
+                f"its D is {number(least['value'])} s, with {number(ratio['value'])} of the actual number of phrases",
+                "the boundary at 0 s, which every sequence has, costs nothing",
+                "boundary F1 and kappa do not reward that",
+            ],
         )
     ]
 
@@ -169,43 +173,44 @@ def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, he
     width = float(np.nanmedian((rows["high"] - rows["low"]) / 2)) if rows["low"].notna().any() else float("nan")
     n_records = int(pooled["n_records"].max())
     if width != width:
-        return Finding("The corpus is too small for intervals.", f"It has {n_records} records.")
+        return Finding("The corpus is too small for intervals.", [f"it has {words.counted(n_records, 'record')}"])
     return Finding(
         f"This corpus resolves differences of about {number(width)} kappa; smaller ones stay unseen.",
-        f"That is the typical half-width of an interval of a difference to a control, from {n_records} records. "
-        "Intervals speak of further records of these actors, not of other actors, and are not corrected for the "
-        "number of comparisons.",
+        [
+            f"typical half-width of an interval of a difference, from {words.counted(n_records, 'record')}",
+            "intervals speak of further records of these actors, not of other actors",
+            "they are not corrected for the number of comparisons",
+        ],
     )
 
 
 def _recovered(summary: pd.DataFrame) -> Finding:
     frames = _row(summary, quantity="gesture_frames_right")
     ami = _row(summary, quantity="prosody_ami", on="held-out record")
-    told = []
+    told, evidence = [], []
     if frames is not None:
-        told.append(f"gesture phrases found agree with the planted ones in {100 * frames['mean']:.1f} % of frames")
+        told.append(f"Gesture phrases were found as planted in {100 * frames['mean']:.1f} % of frames.")
+        evidence.append(f"{100 * frames['lowest']:.1f} % in the worst record; the goal is 90 %")
     if ami is not None:
-        told.append(
-            f"prosody clusters share {number(ami['mean'])} adjusted mutual information with the planted patterns"
+        told.append(f"Prosody clusters share {number(ami['mean'])} with the planted patterns.")
+        evidence.append(
+            f"adjusted mutual information on held-out records, {number(ami['lowest'])} to {number(ami['highest'])}; "
+            "1 is all, 0 is chance, the goal is 0.5"
         )
-    lowest = [f"{100 * frames['lowest']:.1f} % in the worst record"] if frames is not None else []
-    lowest += [f"{number(ami['lowest'])} in the worst held-out record"] if ami is not None else []
-    claim = " and ".join(told)
-    return Finding(f"{claim[:1].upper()}{claim[1:]}.", f"At least {' and '.join(lowest)}.")
+    return Finding(" ".join(told), evidence)
 
 
 def _moved(summary: pd.DataFrame, systems: Systems) -> Finding:
-    speed = summary[summary["quantity"] == "speed"]
-    told = [
-        f"{systems[row['system']]['title'] if row['system'] in systems else row['system']} {number(row['hellinger'])}"
-        for _, row in speed.dropna(subset=["hellinger"]).iterrows()
-    ]
+    speed = summary[summary["quantity"] == "speed"].dropna(subset=["hellinger"])
     own = speed.loc[speed["system"].isin(systems), "hellinger"]
     other = speed.loc[speed["system"] == "another original"].iloc[0]
-    within = bool((own <= other["highest"]).all())
-    claim = "no more than" if within else "more than"
+    claim = "no more than" if bool((own <= other["highest"]).all()) else "more than"
+    told = [f"{systems[name]['title'] if name in systems else name} {number(value)}"
+            for name, value in zip(speed["system"], speed["hellinger"], strict=True)]  # fmt: skip
     return Finding(
-        f"The speeds of synthesised hands differ from the original's {claim} those of two original records may.",
-        f"Hellinger distance of speed to the record's original motion, mean over records: {', '.join(told)} "
-        f"(up to {number(other['highest'])}). Random gestures move alike: this sees motion, not sense.",
+        f"The speeds of synthesised hands differ from the original's {claim} those of another original record may.",
+        [
+            f"Hellinger distance of speed, mean over records: {', '.join(told)} (up to {number(other['highest'])})",
+            "random gestures are made of the same motion: this says how it moves, not what it means",
+        ],
     )

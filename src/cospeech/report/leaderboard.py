@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,12 +22,37 @@ def at_main(scores: pd.DataFrame, clusters: int, states: int) -> pd.DataFrame:
     return scores[(scores["clusters"] == clusters) & (scores["states"] == states)]
 
 
+class Line(NamedTuple):
+    """One line of the leaderboard: a system, its name there, and its role; matched controls follow their system."""
+
+    name: str
+    title: str
+    role: str
+
+
+def lines(systems: Systems) -> list[Line]:
+    """Return the systems in the order of the leaderboard: each one above its own controls, then the others."""
+    found = []
+    for name, system in systems.items():
+        if system["role"] == "system":
+            found.append(Line(name, system["title"], "system"))
+            for control in system["controls"]:
+                short = systems[control]["title"].removeprefix(f"{system['title']}: ")
+                found.append(Line(control, short, "wrong speech"))
+    placed = {line.name for line in found}
+    for role in ("control", "ceiling"):
+        rest = [name for name, system in systems.items() if system["role"] == role and name not in placed]
+        found += [Line(name, systems[name]["title"], role) for name in rest]
+    return found
+
+
 def table(scores: pd.DataFrame, systems: Systems) -> pd.DataFrame:
-    """Return the session scores of the main setting with title and role, in the order of ``systems``."""
+    """Return the session scores of the main setting with title and role, in the order of the leaderboard."""
+    order = [line.name for line in lines(systems)]
     named = scores.assign(
         title=scores["system"].map({name: system["title"] for name, system in systems.items()}),
         role=scores["system"].map({name: system["role"] for name, system in systems.items()}),
-        place=scores["system"].map({name: place for place, name in enumerate(systems)}),
+        place=scores["system"].map({name: place for place, name in enumerate(order)}),
         measure_place=scores["measure"].map({name: place for place, name in enumerate(words.MEASURES)}),
     ).sort_values(["actor", "place", "part", "measure_place", "bin_s"], kind="stable")
     columns = ["system", "title", "role", "actor", "measure", "part", "bin_s", "value", "low", "high", "n"]
@@ -58,60 +83,53 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     systems : as there.
     """
     pooled = board[board["actor"] == "all"]
-    heads = [head for head in columns(pooled) if head[1] is None or head[1] in _ends(pooled)]
-    places = _places(systems)
-    drawn, axes = style.figure(1.1 + 0.235 * (max(places.values()) + 1), 1, len(heads), sharey=True)
+    bins = sorted(pooled["bin_s"].dropna().unique())
+    heads = [head for head in columns(pooled) if head[1] is None or head[1] in (bins[0], bins[-1])]
+    shown = lines(systems)
+    places = _places(shown)
+    drawn, axes = style.figure(1.1 + 0.225 * (places[-1] + 1), 1, len(heads), sharey=True)
     for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
-        _column(panel, cells(pooled, measure, bin_s), systems, places)
+        _column(panel, cells(pooled, measure, bin_s), shown, places)
         panel.set_title(words.measure(measure, bin_s).replace(" ", "\n", 1), fontsize=8.5)
-        if measure == "phrase_ratio":
-            panel.axvline(1, color=style.FAINT, lw=0.8, ls=(0, (4, 3)))
-        else:
-            panel.axvline(0, color=style.GRID, lw=0.8)
+        reference = 1 if measure == "phrase_ratio" else 0
+        panel.axvline(reference, color=style.FAINT, lw=0.8, ls=(0, (4, 3)))
         panel.spines["left"].set_visible(False)
-        panel.tick_params(axis="y", length=0)
+        style.ticks_off(panel, "y")
         panel.grid(axis="x")
         panel.locator_params(axis="x", nbins=3)
-    axes[0, 0].set_yticks([places[name] for name in systems], [system["title"] for system in systems.values()])
-    axes[0, 0].set_ylim(max(places.values()) + 0.7, -0.7)
+    axes[0, 0].set_yticks(places, [line.title for line in shown])
+    for label, line in zip(axes[0, 0].get_yticklabels(), shown, strict=True):
+        label.set_color(style.FAINT if line.role == "wrong speech" else style.INK)
+    axes[0, 0].set_ylim(places[-1] + 0.7, -0.7)
     handles = [
         Line2D([], [], marker="o", ls="-", color=style.ROLE_COLOURS[role], label=words.ROLES[role], ms=5)
-        for role in dict.fromkeys(system["role"] for system in systems.values())
+        for role in dict.fromkeys(line.role for line in shown)
     ]
     handles.append(Line2D([], [], marker="o", mfc="none", ls="none", color=style.INK, label="interior only", ms=5))
     drawn.legend(handles=handles, loc="outside lower center", ncols=2)
     return drawn
 
 
-def _ends(board: pd.DataFrame) -> list[float]:
-    bins = sorted(board["bin_s"].dropna().unique())
-    return [bins[0], bins[-1]]
-
-
-def _places(systems: Systems) -> dict[str, float]:
-    """Return the row of each system, with some room between roles."""
-    places: dict[str, float] = {}
-    row, before = 0.0, None
-    for name, system in systems.items():
-        row += 0.6 if before not in (None, system["role"]) else 0.0
-        places[name], before = row, system["role"]
-        row += 1.0
+def _places(shown: list[Line]) -> list[float]:
+    """Return the height of each line: matched controls close to their system, some room before another group."""
+    places = [0.0]
+    for before, line in pairwise(shown):
+        together = line.role == "wrong speech" or (line.role == before.role and line.role != "system")
+        places.append(places[-1] + (1.0 if together else 1.6))
     return places
 
 
-def _column(axes: Axes, own: pd.DataFrame, systems: Systems, places: dict[str, float]) -> None:
-    for name, system in systems.items():
-        colour = style.ROLE_COLOURS[system["role"]]
-        for part, marker in (("interior", {"mfc": "none", "ms": 5.5, "mew": 1.0}), ("whole", {"ms": 4.5})):
-            row = own[(own["system"] == name) & (own["part"] == part)]
-            if len(row) == 0 or row["value"].isna().all():
+def _column(axes: Axes, own: pd.DataFrame, shown: list[Line], places: list[float]) -> None:
+    for line, place in zip(shown, places, strict=True):
+        colour = style.ROLE_COLOURS[line.role]
+        for part, look in (("interior", {"mfc": "none", "ms": 5.5, "mew": 1.0}), ("whole", {"ms": 4.5})):
+            row = own[(own["system"] == line.name) & (own["part"] == part)].dropna(subset=["value"])
+            if len(row) == 0:
                 continue
-            first = row.iloc[0]
             if part == "whole":
-                axes.plot(
-                    [first["low"], first["high"]], [places[name]] * 2, color=colour, lw=1.6, solid_capstyle="butt"
-                )
-            axes.plot(first["value"], places[name], marker="o", color=colour, **marker)
+                ends = [row["low"].iloc[0], row["high"].iloc[0]]
+                axes.plot(ends, [place, place], color=colour, lw=1.6, solid_capstyle="butt")
+            axes.plot(row["value"].iloc[0], place, marker="o", color=colour, **look)
 
 
 def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""How an exhibit's numbers become a file."""
+"""How exhibits become files, whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,3 +11,9 @@ def save_table(table: pd.DataFrame, path: str) -> None:
     """Write an exhibit's numbers as CSV: units in the headings, an empty cell where a value is missing."""
     with tables.replacing(path) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
+
+
+def save_bytes(content: bytes, path: str) -> None:
+    """Write a picture or a page."""
+    with tables.replacing(path) as temporary:
+        temporary.write_bytes(content)

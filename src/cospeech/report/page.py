@@ -13,7 +13,7 @@ from cospeech.report import words
 from cospeech.report.beside import Pair
 from cospeech.report.captions import Caption
 from cospeech.report.findings import number
-from cospeech.report.leaderboard import Systems, cells, columns
+from cospeech.report.leaderboard import Systems, cells, columns, lines
 
 THEMED = {"#22262b": "var(--ink)", "#7b828c": "var(--faint)", "#dfe3e8": "var(--grid)", "#fffffe": "var(--paper)"}
 """Colours of the figures that follow the page from light to dark."""
@@ -21,10 +21,11 @@ THEMED = {"#22262b": "var(--ink)", "#7b828c": "var(--faint)", "#dfe3e8": "var(--
 
 @dataclass(frozen=True)
 class Table:
-    """A table as the page shows it: headings, and rows of which the first cell is the row's heading."""
+    """A table as the page shows it; the first cell of a row is its heading, and ``words`` are columns of text."""
 
     headings: list[str]
     rows: list[list[str]]
+    words: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -43,14 +44,16 @@ class Section(NamedTuple):
 
     anchor: str
     title: str
+    short: str
     text: str
     exhibits: list[Exhibit]
 
 
 LAYOUT = (
-    ("speech", "From speech to gesture", "", ("fig-timeline",)),
+    ("speech", "From speech to gesture", "Speech", "", ("fig-timeline",)),
     (
         "watch",
+        "Watch",
         "Watch",
         "Left the original, in the middle what a system made of the speech, right gestures drawn at random. All "
         "three speak with the record's own voice.",
@@ -59,6 +62,7 @@ LAYOUT = (
     (
         "scores",
         "Scores",
+        "Scores",
         "Each record was left out in turn: the system learned from the actor's other records, heard the speech of "
         "this one, and its gesture phrases are held against the actual ones.",
         ("leaderboard", "fig-differences"),
@@ -66,29 +70,32 @@ LAYOUT = (
     (
         "thesis",
         "The experiments of the thesis",
+        "Thesis",
         "The figures of Özkul 2012, drawn from this run, beside what was published. Its A-B test of animations "
         "(table 7.1) needs people to ask and is not repeated here. On a scale from −2 to 2, its 35 subjects put the "
-        "original 0.43 before the synthesis and 1.06 before random gestures, and the synthesis 0.54 before random gestures.",
+        "original 0.43 before the synthesis and 1.06 before random gestures, and the synthesis 0.54 "
+        "before random gestures.",
         ("fig-7.2a", "fig-7.2b", "fig-7.3", "fig-7.4", "fig-7.5", "fig-6.3"),
     ),
-    ("corpus", "The corpus", "", ("table-3-scenarios", "table-4.1", "fig-4.3")),
+    ("corpus", "The corpus", "Corpus", "", ("table-3-scenarios", "table-4.1", "fig-4.3")),
     (
         "planted",
         "What was planted",
+        "Planted",
         "On the virtual studio the truth is known, so each step can be held against it.",
         ("fig-recovery",),
     ),
 )
-"""The sections of the page: anchor, title, text, exhibits. What a run lacks is left out, and an empty section too."""
+"""The sections: anchor, title, title in short, text, exhibits. What a run lacks is left out, an empty section too."""
 
 
 def sections(exhibits: dict[str, Exhibit]) -> list[Section]:
     """Return the sections of the page that have an exhibit."""
     found = []
-    for anchor, title, text, names in LAYOUT:
+    for anchor, title, short, text, names in LAYOUT:
         own = [exhibits[name] for name in names if name in exhibits]
         if own:
-            found.append(Section(anchor, title, text, own))
+            found.append(Section(anchor, title, short, text, own))
     return found
 
 
@@ -139,7 +146,7 @@ def scenario_table(table: pd.DataFrame) -> Table:
         ]
         for _, row in table.iterrows()
     ]
-    return Table(["scenario", "records", "participants", "minutes", "length (s)", "language"], _text(rows))
+    return Table(["scenario", "records", "participants", "minutes", "length (s)", "language"], _text(rows), (5,))
 
 
 def class_table(table: pd.DataFrame) -> Table:
@@ -158,7 +165,7 @@ def class_table(table: pd.DataFrame) -> Table:
         for _, row in table.iterrows()
     ]
     heads = ["gesture", "what happens", "phrases", *(f"of {name.removeprefix('phrases_')}" for name in actors)]
-    return Table([*heads, "mean (s)", "longest (s)", "% of time"], _text(rows))
+    return Table([*heads, "mean (s)", "longest (s)", "% of time"], _text(rows), (1,))
 
 
 def recovery_table(table: pd.DataFrame) -> Table:
@@ -173,7 +180,7 @@ def recovery_table(table: pd.DataFrame) -> Table:
         ]
         for _, row in table.iterrows()
     ]
-    return Table(["quantity", "on", "mean", "range", "values"], _text(rows))
+    return Table(["quantity", "on", "mean", "range", "values"], _text(rows), (1,))
 
 
 def _given(value: Any) -> Any:
@@ -211,10 +218,10 @@ def leaderboard(board: pd.DataFrame, systems: Systems, part: str) -> tuple[list[
     pooled = board[(board["actor"] == "all") & (board["part"] == part)]
     heads = columns(pooled)
     rows = []
-    for name, system in systems.items():
-        own = pooled[pooled["system"] == name]
+    for line in lines(systems):
+        own = pooled[pooled["system"] == line.name]
         found = [_cell(cells(own, measure, bin_s)) for measure, bin_s in heads]
-        rows.append(Row(system["title"], system["role"], found))
+        rows.append(Row(line.title, line.role, found))
     return [words.measure(measure, bin_s) for measure, bin_s in heads], rows
 
 

@@ -72,7 +72,7 @@ def duration_figure(table: pd.DataFrame, titles: dict[str, str]) -> Figure:
         for column, label in enumerate(labels):
             _mirror(axes[row, column], table, system, label, colours[label])
         axes[row, 0].set_ylabel(f"{titles.get(system, system)}\nprobability", fontsize=8)
-    top = float(table["probability"].max()) * 1.12 or 1.0
+    top = float(table["probability"].max()) * 1.3 or 1.0
     for column, label in enumerate(labels):
         axes[0, column].set_title(words.gesture(label))
         axes[0, column].set(xlim=(0, reach), ylim=(-top, top))

@@ -1,22 +1,32 @@
-"""Exhibits that are pictures already: they are framed, and named, as the others are."""
+"""Exhibits that are pictures already: they become an SVG of their own, as the others are."""
 
 from __future__ import annotations
 
-import matplotlib.image
-import numpy as np
-from matplotlib.figure import Figure
+import base64
+import struct
 
-from cospeech.report import style
+from cospeech.errors import UserError
+
+PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def figure(path: str) -> Figure:
-    """Return a figure that holds the picture at ``path`` (PNG), as wide as the page."""
-    picture = np.asarray(matplotlib.image.imread(path))
-    height, width = picture.shape[:2]
-    drawn, axes = style.figure(style.WIDTH_IN * height / width)
-    drawn.set_layout_engine("none")
-    panel = axes[0, 0]
-    panel.set_position((0, 0, 1, 1))
-    panel.imshow(picture, aspect="auto", interpolation="none")
-    panel.set_axis_off()
-    return drawn
+def as_svg(png: bytes, where: str) -> str:
+    """Return an SVG that holds a PNG picture whole.
+
+    Parameters
+    ----------
+    png : content of the file.
+    where : its name, for the message.
+
+    Raises
+    ------
+    UserError : where the content is no PNG.
+    """
+    if not png.startswith(PNG) or len(png) < 24:
+        raise UserError(f"{where}: no PNG picture; delete it and run again")
+    width, height = struct.unpack(">II", png[16:24])
+    data = base64.b64encode(png).decode()
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
+        f'<image width="{width}" height="{height}" href="data:image/png;base64,{data}"/></svg>\n'
+    )

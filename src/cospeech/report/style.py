@@ -24,7 +24,7 @@ PAPER = "#fffffe"
 
 BLUE, VERMILLION, AMBER, GREEN, PURPLE = "#2278b5", "#d55e00", "#e08f00", "#009e73", "#a05fa8"
 
-ROLE_COLOURS = {"system": BLUE, "control": FAINT, "ceiling": AMBER}
+ROLE_COLOURS = {"system": BLUE, "wrong speech": VERMILLION, "control": FAINT, "ceiling": AMBER}
 
 WIDTH_IN = 9.2
 """Width of a figure that fills the page."""

@@ -57,7 +57,8 @@ MONOLOGUES = ("memory", "documentary", "fairy_tale")
 
 ROLES = {
     "system": "driven by the record's own speech",
-    "control": "controls: without that speech, or with the wrong one",
+    "wrong speech": "the same decoder under the wrong speech",
+    "control": "controls without speech",
     "ceiling": "ceilings: know what no system may know",
 }
 
@@ -75,6 +76,11 @@ def scenario(name: str) -> str:
 def seconds(value: float) -> str:
     """Return a bin width or duration in the unit a reader likes: ms below a tenth of a second."""
     return f"{1000 * value:g} ms" if value < 0.1 else f"{value:g} s"
+
+
+def counted(number: int, thing: str) -> str:
+    """Return a number of things, ``1 actor`` or ``2 actors``."""
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
 def measure(name: str, bin_s: float | None = None) -> str:
