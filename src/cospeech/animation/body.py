@@ -57,7 +57,7 @@ MIDDLE = (
     Part(
         "shirt", "y",
         (
-            (0.945, 0.010, 0.010, 0, -0.005), (0.950, 0.130, 0.090, 0, -0.005), (0.965, 0.163, 0.113, 0, -0.005),
+            (0.935, 0.010, 0.010, 0, -0.005), (0.937, 0.150, 0.100, 0, -0.005), (0.948, 0.164, 0.115, 0, -0.006),
             (1.010, 0.156, 0.110, 0, -0.005), (1.070, 0.143, 0.102, 0, -0.003), (1.130, 0.140, 0.100, 0, -0.002),
             (1.210, 0.151, 0.108, 0, -0.004), (1.290, 0.167, 0.117, 0, -0.008), (1.350, 0.175, 0.116, 0, -0.012),
             (1.400, 0.172, 0.102, 0, -0.018), (1.440, 0.146, 0.083, 0, -0.022), (1.465, 0.100, 0.069, 0, -0.024),
@@ -69,7 +69,7 @@ MIDDLE = (
         "trousers", "y",
         (
             (0.800, 0.010, 0.010, 0, -0.005), (0.805, 0.050, 0.060, 0, -0.005), (0.835, 0.125, 0.090, 0, -0.006),
-            (0.880, 0.157, 0.107, 0, -0.008), (0.930, 0.162, 0.112, 0, -0.007), (0.970, 0.154, 0.105, 0, -0.005),
+            (0.880, 0.156, 0.107, 0, -0.008), (0.930, 0.157, 0.107, 0, -0.007), (0.970, 0.150, 0.100, 0, -0.005),
             (0.980, 0.010, 0.010, 0, -0.005),
         ),
         ("hips",), square=2.4,
@@ -124,7 +124,7 @@ LEFT = (
             (0.885, 0.030, 0.032, 0.180, -0.020), (0.868, 0.029, 0.032, 0.180, -0.020),
             (0.864, 0.006, 0.006, 0.180, -0.020),
         ),
-        ("left_arm", "left_forearm"), (1.11,), 0.05,
+        ("left_arm", "left_forearm"), (1.11,), 0.035,
     ),
     Part(
         "skin", "y",
@@ -187,6 +187,23 @@ def mesh(detail: int) -> Mesh:
         face=np.concatenate([part.face + np.int32(offset) for part, offset in zip(parts, offsets, strict=True)]),
         paint=np.concatenate([part.paint for part in parts]),
     )
+
+
+def hull(surface: Mesh) -> npt.NDArray[np.float64]:
+    """Return a box around what follows each joint, as 8 corners (J, 8, 3) in the joint's own frame, metres.
+
+    A vertex that two joints share is in the boxes of both, so that however the joints turn, the whole surface stays
+    within the convex hull of all the corners.
+    """
+    rest = skeleton.chain(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))[1][0]
+    corners = np.zeros((len(skeleton.JOINTS), 8, 3))
+    for number, origin in enumerate(rest):
+        follows = (surface.joint[:, 0] == number) & (surface.share > 0)
+        follows |= (surface.joint[:, 1] == number) & (surface.share < 1)
+        if follows.any():
+            ends = surface.place[follows].min(axis=0) - origin, surface.place[follows].max(axis=0) - origin
+            corners[number] = [[ends[i][0], ends[j][1], ends[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    return corners
 
 
 def _loft(part: Part, detail: int, mirrored: bool) -> Mesh:

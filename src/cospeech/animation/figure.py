@@ -7,14 +7,14 @@ included, stays inside its part of the picture.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from cospeech import skeleton
-from cospeech.animation import body, raster
+from cospeech.animation import body, picture, raster
 
 Floats = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -23,12 +23,11 @@ LENS = 3.4
 """Focal length in heights of the picture: a long lens, as for portraits."""
 
 ELEVATION_DEG = 9.0
+MARGIN = 0.015
+"""What stays free at each edge, in heights of the picture."""
+
 VIEWS_DEG = (0.0, 62.0)
 """The two sides that a figure is seen from: turned from the front toward the body's left."""
-
-REACH_M = {"head": 0.17, "left_hand": 0.10, "right_hand": 0.10, "chest": 0.22, "hips": 0.20, "spine": 0.20}
-"""How far the surface stands away from a joint or a tip; ``REACH_ELSE_M`` for the others."""
-REACH_ELSE_M = 0.10
 
 COLOURS = {
     "skin": (226, 190, 164),
@@ -36,10 +35,10 @@ COLOURS = {
     "shirt": (214, 217, 222),
     "trousers": (96, 106, 124),
     "shoe": (62, 66, 76),
-    "left_arm": (46, 124, 196),
-    "right_arm": (235, 127, 55),
+    "left_arm": picture.gesture_colour("left"),
+    "right_arm": picture.gesture_colour("right"),
 }
-"""The paints in full light; the arms stand out, the left one blue and the right one orange."""
+"""The paints in full light; the arms stand out, in the colours of left and right gestures."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +67,12 @@ class Camera:
     centre: tuple[float, float]
     box: tuple[int, int, int, int]
 
+    def moved(self, right: int, down: int = 0) -> Camera:
+        """Return this camera with its part of the picture moved by whole pixels."""
+        left, top, end, bottom = self.box
+        box = (left + right, top + down, end + right, bottom + down)
+        return replace(self, centre=(self.centre[0] + right, self.centre[1] + down), box=box)
+
     def project(self, points_m: Floats) -> Floats:
         """Return the pixels (..., 2) of points (..., 3)."""
         seen = (points_m - self.target) @ self.axes.T
@@ -83,51 +88,43 @@ def pose(motion: pd.DataFrame) -> Pose:
     return Pose(turned, placed)
 
 
-def outline(bodies: Sequence[Pose]) -> tuple[Floats, Floats]:
-    """Return points (n, 3) that the bodies pass through and how far the surface stands away from each (n,)."""
-    points, reaches = [], []
-    for moving in bodies:
-        for index, name in enumerate(skeleton.JOINTS):
-            reach = REACH_M.get(name, REACH_ELSE_M)
-            points.append(moving.placed[:, index])
-            reaches.append(np.full(len(moving), reach))
-            if name in skeleton.TIPS_M:
-                points.append(moving.placed[:, index] + moving.turned[:, index] @ np.array(skeleton.TIPS_M[name]))
-                reaches.append(np.full(len(moving), reach))
-    return np.concatenate(points), np.concatenate(reaches)
-
-
-def cameras(
-    bodies: Sequence[Pose], boxes: Sequence[tuple[int, int, int, int]], views_deg: Sequence[float]
-) -> list[Camera]:
-    """Return one camera a view, all at one distance, from which the bodies stay inside their boxes in all frames.
+def cameras(points_m: Floats, box: tuple[int, int, int, int], views_deg: Sequence[float] = VIEWS_DEG) -> list[Camera]:
+    """Return one camera a view, side by side in ``box`` and all at one distance, that have all points in view.
 
     Parameters
     ----------
-    bodies : everything that is to be seen, by all cameras alike.
-    boxes : left, top, right, bottom of each view in the picture, pixels.
+    points_m : (n, 3) everything that is to be seen, by all cameras alike.
+    box : left, top, right, bottom in the picture, pixels; each view gets the share that its width needs.
     views_deg : direction of each camera, turned from the front toward the body's left.
     """
-    points, reach = outline(bodies)
     tilt = np.radians(ELEVATION_DEG)
-    found = []
-    for view_deg, box in zip(views_deg, boxes, strict=True):
-        angle = np.radians(view_deg)
+    left, top, right, bottom = box
+    focal = LENS * (bottom - top)
+    axes, seen = [], []
+    for angle in np.radians(np.asarray(views_deg)):
         toward = np.array([np.sin(angle) * np.cos(tilt), np.sin(tilt), np.cos(angle) * np.cos(tilt)])
-        right = np.array([np.cos(angle), 0.0, -np.sin(angle)])
-        axes = np.stack([right, np.cross(toward, right), toward])
-        seen = points @ axes.T
-        middle = ((seen - reach[:, None]).min(axis=0) + (seen + reach[:, None]).max(axis=0)) / 2
-        left, top, end, bottom = box
-        focal = LENS * (bottom - top)
-        half = (end - left) / 2, (bottom - top) / 2
-        sideways = np.abs(seen - middle) + reach[:, None]
-        ahead = seen[:, 2] - middle[2] + reach
-        distance = max((ahead + focal * sideways[:, axis] / half[axis]).max() for axis in (0, 1))
-        centre = (left + half[0], top + half[1])
-        found.append(Camera(axes, middle @ axes, float(distance), focal, centre, box))
-    farthest = max(camera.distance for camera in found)
-    return [Camera(c.axes, c.target, farthest, c.focal, c.centre, c.box) for c in found]
+        across = np.array([np.cos(angle), 0.0, -np.sin(angle)])
+        axes.append(np.stack([across, np.cross(toward, across), toward]))
+        seen.append(points_m @ axes[-1].T)
+    middle = [(points.min(axis=0) + points.max(axis=0)) / 2 for points in seen]
+    widths = np.array([np.ptp(points[:, 0]) for points in seen])
+    ends = np.round(left + (right - left) * np.append(0, np.cumsum(widths / widths.sum()))).astype(int)
+    distance = 0.0
+    for points, centre, start, end in zip(seen, middle, ends, ends[1:], strict=False):
+        room = np.array([end - start, bottom - top]) / 2 - MARGIN * (bottom - top)
+        off = np.abs(points - centre)[:, :2]
+        distance = max(distance, float((points[:, 2] - centre[2] + (focal * off / room).max(axis=1)).max()))
+    return [
+        Camera(
+            turn,
+            centre @ turn,
+            distance,
+            focal,
+            ((start + end) / 2, (top + bottom) / 2),
+            (int(start), top, int(end), bottom),
+        )
+        for turn, centre, start, end in zip(axes, middle, ends, ends[1:], strict=False)
+    ]
 
 
 def floor_height(bodies: Sequence[Pose]) -> float:
@@ -160,8 +157,16 @@ class Painter:
 
     def __init__(self, detail: int = 1) -> None:
         self.mesh = body.mesh(detail)
+        self.hull = body.hull(self.mesh)
         self.tones = tones()
         self.rest = skeleton.chain(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))[1][0]
+
+    def extent(self, bodies: Sequence[Pose]) -> Floats:
+        """Return points (n, 3) whose convex hull holds the bodies in all their frames."""
+        corners = [
+            moving.placed[:, :, None] + np.einsum("tjab,jcb->tjca", moving.turned, self.hull) for moving in bodies
+        ]
+        return np.concatenate([found.reshape(-1, 3) for found in corners])
 
     def figure(self, moving: Pose, camera: Camera, floor_m: float) -> Figure:
         """Return a moving body as one camera sees it, standing on a floor at height ``floor_m``."""

@@ -13,7 +13,7 @@ import pandas as pd
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
-from cospeech import segments, tables
+from cospeech import palette, segments, tables
 
 Image = npt.NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -21,24 +21,11 @@ Colour = tuple[int, int, int]
 INK: Colour = (52, 56, 64)
 FAINT: Colour = (128, 133, 142)
 
-GESTURE_COLOURS: dict[str, Colour] = {
-    "raise_both": (124, 92, 184),
-    "rest": (158, 163, 171),
-    "left": (46, 124, 196),
-    "perpendicular": (42, 150, 128),
-    "contact": (204, 76, 96),
-    "open": (201, 154, 36),
-    "right": (235, 127, 55),
-}
-"""The colour of each gesture class; left and right are those of the arms."""
-
-MORE_COLOURS: tuple[Colour, ...] = ((108, 140, 56), (176, 88, 160), (70, 160, 190), (150, 110, 80))
-"""Colours for classes of another set of gestures, in turn."""
-
 
 def gesture_colour(label: str) -> Colour:
-    """Return the colour of a gesture class; a class that Table 4.1 does not know gets one by its letters."""
-    return GESTURE_COLOURS.get(label, MORE_COLOURS[sum(label.encode()) % len(MORE_COLOURS)])
+    """Return the colour of a gesture class as red, green and blue."""
+    red, green, blue = bytes.fromhex(palette.gesture_colour(label).removeprefix("#"))
+    return red, green, blue
 
 
 def background(height: int, width: int) -> Image:
@@ -77,11 +64,11 @@ def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
     fine = Pillow.new("L", (4 * width, 4 * height))
     ImageDraw.Draw(fine).rounded_rectangle((0, 0, 4 * width - 1, 4 * height - 1), 2 * height, fill=255)
     shape = np.asarray(fine.resize((width, height), Pillow.Resampling.BOX), dtype=np.float32) / np.float32(255)
-    colours = np.empty((height, width, 3), dtype=np.float32)
-    colours[:] = gesture_colour(label)
-    inner = colours[up : up + ink.shape[0], across : across + ink.shape[1]]
-    inner += ink[..., None] * (255 - inner)
-    return np.round(colours).astype(np.uint8), shape
+    colour = gesture_colour(label)
+    colours = np.full((height, width, 3), colour, dtype=np.uint8)
+    light = float(np.dot(colour, (0.299, 0.587, 0.114)))
+    lay(colours, up, across, INK if light > 145 else (255, 255, 255), ink)
+    return colours, shape
 
 
 def lay(image: Image, top: int, left: int, colours: Image | Colour, opacity: npt.NDArray[np.float32]) -> None:

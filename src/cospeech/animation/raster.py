@@ -60,21 +60,20 @@ def draw_body(
     """
     left, top, right, bottom = box
     points, light = _project(place, normal, joint, share, turn, shift, lens)
-    points[:, 0] = (points[:, 0] - np.float32(left)) * np.float32(2.0)
-    points[:, 1] = (points[:, 1] - np.float32(top)) * np.float32(2.0)
-    height, width = 2 * (bottom - top), 2 * (right - left)
-    x0 = max(0, int(np.floor(points[:, 0].min())) & ~1)
-    y0 = max(0, int(np.floor(points[:, 1].min())) & ~1)
-    x1 = min(width, (int(np.ceil(points[:, 0].max())) + 2) & ~1)
-    y1 = min(height, (int(np.ceil(points[:, 1].max())) + 2) & ~1)
+    x0, y0, x1, y1 = right, bottom, left, top
+    for v in range(len(points)):
+        x, y = int(np.floor(points[v, 0])), int(np.floor(points[v, 1]))
+        x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x + 1), max(y1, y + 1)
+    x0, y0, x1, y1 = max(x0, left), max(y0, top), min(x1, right), min(y1, bottom)
     if x0 >= x1 or y0 >= y1:
         return
-    nearness = np.zeros((y1 - y0, x1 - x0), dtype=np.float32)
-    tone = np.empty((y1 - y0, x1 - x0), dtype=np.uint16)
-    points[:, 0] -= np.float32(x0)
-    points[:, 1] -= np.float32(y0)
+    for v in range(len(points)):
+        points[v, 0] = (points[v, 0] - np.float32(x0)) * np.float32(2.0)
+        points[v, 1] = (points[v, 1] - np.float32(y0)) * np.float32(2.0)
+    nearness = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.float32)
+    tone = np.empty((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.uint16)
     _fill(points, light, face, paint, nearness, tone)
-    _lay(image, top + y0 // 2, left + x0 // 2, nearness, tone, tones, lens)
+    _lay(image, y0, x0, nearness, tone, tones, lens)
 
 
 @numba.njit(cache=True)
@@ -232,16 +231,14 @@ def _lay(
 ) -> None:
     """Lay the samples on the picture, four a pixel, darkened where something close by stands in front."""
     height, width = nearness.shape
-    around = _surroundings(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.0225))))
+    hidden = _hidden(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.011) + np.float32(0.5))))
     quarter, half = np.float32(0.25), np.float32(0.5)
     for y in range(0, height, 2):
         for x in range(0, width, 2):
-            near = _nearest(nearness, y, x)
+            near = max(max(nearness[y, x], nearness[y, x + 1]), max(nearness[y + 1, x], nearness[y + 1, x + 1]))
             if near == 0:
                 continue
-            # Nearness is 1 / distance: its difference over its square is metres.
-            ahead = max(np.float32(0.0), (around[y >> 2, x >> 2] - near) / (near * near) - np.float32(0.004))
-            keep = np.float32(1.0) - half * ahead / (ahead + np.float32(0.06))
+            keep = quarter - np.float32(0.1) * _between(hidden, nearness, y, x, near)
             pixel = image[top + (y >> 1), left + (x >> 1)]
             red = green = blue = np.float32(0.0)
             covered = 0
@@ -253,43 +250,61 @@ def _lay(
                         green += shown[1]
                         blue += shown[2]
                         covered += 1
-            keep *= quarter
             through = quarter * np.float32(4 - covered)
             pixel[0] = np.uint8(keep * red + through * pixel[0] + half)
             pixel[1] = np.uint8(keep * green + through * pixel[1] + half)
             pixel[2] = np.uint8(keep * blue + through * pixel[2] + half)
 
 
-@numba.njit(cache=True)
-def _nearest(nearness: Singles, y: int, x: int) -> float:
-    """Return the nearest of the four samples of a pixel."""
-    return max(max(nearness[y, x], nearness[y, x + 1]), max(nearness[y + 1, x], nearness[y + 1, x + 1]))
+@numba.njit(cache=True, error_model="numpy")
+def _hidden(nearness: Singles, step: int) -> Singles:
+    """Return which share of the light is kept off by what stands just in front, for every block of 4 x 4 samples.
+
+    Looks at 16 places around the block, ``step`` blocks apart. What is 15 cm ahead or more hides ever less.
+    """
+    height, width = nearness.shape[0] // 4, nearness.shape[1] // 4
+    one = np.float32(1.0)
+    hidden = np.zeros((height + 1, width + 1), dtype=np.float32)
+    for y in range(height):
+        for x in range(width):
+            near = nearness[4 * y + 2, 4 * x + 2]
+            if near == 0:
+                continue
+            metres = one / (near * near)  # nearness is 1 / distance: its difference over its square is metres
+            total = np.float32(0.0)
+            for j in range(-3, 4, 2):
+                for i in range(-3, 4, 2):
+                    row, column = y + j * step, x + i * step
+                    if 0 <= row < height and 0 <= column < width:
+                        ahead = (nearness[4 * row + 2, 4 * column + 2] - near) * metres
+                        if ahead > np.float32(0.01):
+                            close = min(one, (ahead - np.float32(0.01)) * np.float32(25.0))
+                            total += close * max(
+                                np.float32(0.0), min(one, np.float32(2.0) - ahead / np.float32(0.15))
+                            )
+            hidden[y, x] = total / np.float32(16.0)
+    return hidden
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _surroundings(nearness: Singles, reach: int) -> Singles:
-    """Return the mean nearness of the body around every block of 2 x 2 pixels, ``reach`` blocks to each side."""
-    height, width = (nearness.shape[0] + 3) // 4, (nearness.shape[1] + 3) // 4
-    total = np.zeros((height + 1, width), dtype=np.float32)
-    count = np.zeros((height + 1, width), dtype=np.float32)
-    for y in range(height):
-        row = min(4 * y + 2, nearness.shape[0] - 1)
-        for x in range(width):
-            near = nearness[row, min(4 * x + 2, nearness.shape[1] - 1)]
-            total[y + 1, x] = total[y, x] + near
-            count[y + 1, x] = count[y, x] + (np.float32(1.0) if near > 0 else np.float32(0.0))
-    mean = np.empty((height, width), dtype=np.float32)
-    sums = np.zeros(width + 1, dtype=np.float32)
-    counts = np.zeros(width + 1, dtype=np.float32)
-    for y in range(height):
-        low, high = max(0, y - reach), min(height, y + reach + 1)
-        for x in range(width):
-            sums[x + 1] = sums[x] + (total[high, x] - total[low, x])
-            counts[x + 1] = counts[x] + (count[high, x] - count[low, x])
-        for x in range(width):
-            first, last = max(0, x - reach), min(width, x + reach + 1)
-            mean[y, x] = (sums[last] - sums[first]) / max(np.float32(1.0), counts[last] - counts[first])
-    return mean
+def _between(hidden: Singles, nearness: Singles, y: int, x: int, near: np.float32) -> np.float32:
+    """Return ``hidden`` at a pixel (its upper left sample), between those neighbouring blocks that are as near."""
+    one = np.float32(1.0)
+    row, column = max(0, (y - 1) >> 2), max(0, (x - 1) >> 2)
+    if hidden[row, column] + hidden[row, column + 1] + hidden[row + 1, column] + hidden[row + 1, column + 1] == 0:
+        return np.float32(0.0)
+    down, right = np.float32(y - 1 - 4 * row) / np.float32(4.0), np.float32(x - 1 - 4 * column) / np.float32(4.0)
+    total, weights = np.float32(0.0), np.float32(1e-6)
+    for j in range(2):
+        for i in range(2):
+            sample = nearness[
+                min(4 * (row + j) + 2, len(nearness) - 1), min(4 * (column + i) + 2, nearness.shape[1] - 1)
+            ]
+            apart = abs(sample - near) / (near * near)
+            weight = (down if j else one - down) * (right if i else one - right) / (np.float32(0.01) + apart)
+            total += weight * hidden[row + j, column + i]
+            weights += weight
+    return total / weights
 
 
 @numba.njit(cache=True)

@@ -18,7 +18,7 @@ Image = npt.NDArray[np.uint8]
 ARM_POINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
 """The joints whose places make a pose of the arms; the finger tips join them."""
 
-CELL_PX = (400, 400)
+CELL_PX = (440, 560)
 """Height and width of one picture of a gesture class."""
 GRID_COLUMNS = 4
 
@@ -81,9 +81,8 @@ def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Image:
         figure.pose(motions[record].iloc[[frame]])
         for record, frame in zip(table["record"], table["frame"], strict=True)
     ]
-    boxes = [(0, 44, width // 2, height - 30), (width // 2, 44, width, height - 30)]
-    views = figure.cameras(bodies, boxes, figure.VIEWS_DEG)
     painter, floor_m = figure.Painter(detail=3), figure.floor_height(bodies)
+    views = figure.cameras(painter.extent(bodies), (0, 36, width, height - 30))
     rows = -(-len(table) // GRID_COLUMNS)
     image = picture.background(1, 1)[0, 0] * np.ones((rows * height, GRID_COLUMNS * width, 3), dtype=np.uint8)
     for number, (moving, row) in enumerate(zip(bodies, table.itertuples(index=False), strict=True)):
@@ -91,7 +90,7 @@ def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Image:
         cell = image[top : top + height, left : left + width]
         cell[:] = picture.background(height, width)
         for view in views:
-            painter.figure(moving, view, floor_m).draw(cell, 0)
+            painter.figure(moving, view.moved(left, top), floor_m).draw(image, 0)
         picture.lay(cell, 14, 14, *picture.tag(str(row.label), 14))
         caption = f"{row.record} · {row.time_s:.1f} s · one of {row.n_phrases} phrases"
         picture.write(cell, caption, height - 24, 14, 12, picture.FAINT)
@@ -119,7 +118,7 @@ def strip(motions: Sequence[pd.DataFrame], phrases: Sequence[pd.DataFrame], capt
         fps = skeleton.frame_rate(motion)
         frames = liveliest(motion, STRIP_FRAMES, max(1, round(STRIP_STEP_S * fps)))
         moving = figure.pose(motion.iloc[frames])
-        view = figure.cameras([moving], [(0, 44, width, height - 30)], [STRIP_VIEW_DEG])[0]
+        view = figure.cameras(painter.extent([moving]), (0, 40, width, height - 30), [STRIP_VIEW_DEG])[0]
         drawn = painter.figure(moving, view, figure.floor_height([moving]))
         times = segments.frame_times(len(motion), fps)[frames]
         cells = []
@@ -129,9 +128,7 @@ def strip(motions: Sequence[pd.DataFrame], phrases: Sequence[pd.DataFrame], capt
             picture.lay(cell, 12, 12, *picture.tag(label, 12))
             picture.write(cell, f"{time_s:.1f} s", height - 24, 12, 12, picture.FAINT)
             cells.append(cell)
-        row = np.hstack(cells)
-        ink = picture.lettering(caption, 12)
-        picture.lay(row, height - 24, row.shape[1] - ink.shape[1] - 12, picture.FAINT, ink)
-        row[-1] = 255
-        rows.append(row)
+        header = picture.background(1, 1) * np.ones((28, width * len(cells), 1), dtype=np.uint8)
+        picture.write(header, caption, 10, 12, 13)
+        rows += [header, np.hstack(cells)]
     return np.vstack(rows)

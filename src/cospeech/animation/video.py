@@ -27,6 +27,17 @@ AAC_RATES_HZ = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 """The sampling rates that every player takes; other sound is brought to the highest."""
 
 
+X264 = {
+    "preset": "superfast",
+    "crf": "30",
+    # One thread, so that bytes do not depend on cores; a short look-ahead keeps what stands still sharp and cheap.
+    "x264-params": "threads=1:lookahead-threads=1:keyint=250:scenecut=0:b-adapt=0"
+    ":mbtree=1:rc-lookahead=10:subme=2:me=hex",
+}
+SOUND_BIT_RATE = 48_000
+BT709 = 1
+
+
 @dataclass(frozen=True)
 class Panel:
     """One column of a video: whose motion it is, the motion table and the gesture phrases that it shows."""
@@ -38,7 +49,7 @@ class Panel:
 
 def panel_size(height_px: int) -> tuple[int, int]:
     """Return height and width of one panel in pixels, both even as video needs them."""
-    return height_px, 4 * round(0.29 * height_px)
+    return height_px, 4 * round(0.31 * height_px)
 
 
 def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) -> Iterator[Image]:
@@ -56,12 +67,13 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
     height, width = panel_size(height_px)
     unit = height / 360
     head, foot = round(38 * unit), round(34 * unit)
-    boxes = [(0, head, width // 2, height - foot), (width // 2, head, width, height - foot)]
     bodies = [figure.pose(panel.motion) for panel in panels]
-    views = figure.cameras(bodies, boxes, figure.VIEWS_DEG)
-    floor_m = figure.floor_height(bodies)
-    painter = figure.Painter()
-    figures = [[painter.figure(moving, view, floor_m) for view in views] for moving in bodies]
+    painter, floor_m = figure.Painter(), figure.floor_height(bodies)
+    views = figure.cameras(painter.extent(bodies), (0, head, width, height - foot))
+    figures = [
+        [painter.figure(moving, view.moved(number * width), floor_m) for view in views]
+        for number, moving in enumerate(bodies)
+    ]
 
     motion_fps = skeleton.frame_rate(panels[0].motion)
     duration_s = len(panels[0].motion) / motion_fps
@@ -78,7 +90,7 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
             part = image[:, number * width : (number + 1) * width]
             frame = min(int(time_s * motion_fps), len(bodies[number]) - 1)
             for drawn in figures[number]:
-                drawn.draw(part, frame)
+                drawn.draw(image, frame)
             strip.mark(part, time_s)
             colours, shape = picture.tag(labels[number][step], round(11 * unit))
             picture.lay(part, round(11 * unit), width - margin - shape.shape[1], colours, shape)
@@ -171,15 +183,6 @@ def encode(path: str | Path, images: Iterator[Image], fps: float, sound: tuple[S
         film.mux(picture_stream.encode(None))
         if sound_stream:
             film.mux(sound_stream.encode(None))
-
-
-X264 = {
-    "preset": "superfast",
-    "crf": "26",
-    "x264-params": "threads=1:lookahead-threads=1:keyint=250:mbtree=1:rc-lookahead=5:scenecut=0:b-adapt=0",
-}
-SOUND_BIT_RATE = 56_000
-BT709 = 1
 
 
 def _planes(height: int, width: int) -> tuple[Image, tuple[Image, Image, Image]]:
