@@ -108,7 +108,9 @@ def test_the_eaf_is_what_the_format_demands(tmp_path):
     assert [value.text for value in values] == LABELS
     assert {value.attrib["LANG_REF"] for value in values} <= languages
     spans = tier.findall("ANNOTATION/ALIGNABLE_ANNOTATION")
-    assert len({span.attrib["ANNOTATION_ID"] for span in spans}) == len(SPANS)
+    numbers = [int(span.attrib["ANNOTATION_ID"].removeprefix("a")) for span in spans]
+    assert len(set(numbers)) == len(SPANS)
+    assert root.find("HEADER/PROPERTY[@NAME='lastUsedAnnotationId']").text == str(max(numbers))
     for span, (start, end, label) in zip(spans, SPANS, strict=True):
         assert slots[span.attrib["TIME_SLOT_REF1"]] == round(start * 1000)
         assert slots[span.attrib["TIME_SLOT_REF2"]] == round(end * 1000)

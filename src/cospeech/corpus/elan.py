@@ -65,7 +65,7 @@ def write(path: str | Path, tier: str, spans: Spans, labels: list[str], media: s
         first, last = round(start * 1000), round(end * 1000)
         if first < last:
             document.add_annotation(tier, first, last, label)
-    document.properties = [("lastUsedAnnotationId", document.maxaid - 1)]
+    document.properties = [("lastUsedAnnotationId", document.maxaid)]
     text = Elan.to_string(document, pretty=True, encoding="unicode")
     with tables.replacing(path) as temporary:
         temporary.write_text(f'<?xml version="1.0" encoding="UTF-8"?>\n{text}', encoding="utf-8", newline="\n")
