@@ -2,7 +2,7 @@
 
 Pitch is counted in semitones from the speaker's own base, intensity in decibels from the speaker's own level, both
 over the phrase's relative time u in [0, 1]. The forms are those that studies of intonation tell apart: level tones of
-two heights, rise, fall, rise-fall, an emphatic accent, and the low soft voice of an aside.
+two heights, a soft rise, a strong fall, rise-fall, an emphatic accent, and the low soft voice of an aside.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ PATTERNS = (
     Pattern("p1", "pause"),
     Pattern("p2", "low level", (-4.5, -4.5), (0.0, 0.0)),
     Pattern("p3", "high level", (4.5, 4.5), (-1.0, -1.0)),
-    Pattern("p4", "rise", (-3.0, 0.0, 8.0), (-5.0, -2.0, 3.0)),
-    Pattern("p5", "fall", (7.0, 0.0, -6.0), (4.0, 0.0, -8.0)),
-    Pattern("p6", "rise-fall", (-3.0, 6.0, -3.0), (-6.0, 5.0, -6.0)),
+    Pattern("p4", "soft rise", (-1.0, 1.0, 7.0), (-9.0, -8.0, -6.0)),
+    Pattern("p5", "strong fall", (6.0, 1.0, -5.0), (6.0, 5.0, 2.0)),
+    Pattern("p6", "rise-fall", (-4.0, 5.0, -4.0), (-3.0, 1.0, -3.0)),
     Pattern("p7", "loud high accent", (8.0, 9.0, 8.0), (8.0, 9.0, 8.0)),
     Pattern("p8", "soft low aside", (-6.0, -6.5), (-13.0, -14.0)),
 )
