@@ -1,0 +1,152 @@
+"""Videos: what a decoder finds in them, and that the same input gives the same bytes."""
+
+import hashlib
+import os
+
+import av
+import numpy as np
+import pytest
+import soundfile
+from dancer import motion, phrases
+
+from cospeech.animation import picture, raster, video
+from cospeech.errors import UserError
+
+FPS = 20.0
+N_FRAMES = 50
+HEIGHT = 120
+
+
+def panels(n=1):
+    return [video.Panel(f"system_{k}", motion(N_FRAMES, seed=k), phrases(N_FRAMES, seed=k)) for k in range(n)]
+
+
+@pytest.fixture
+def tone(tmp_path):
+    """A tone of 440 Hz as long as the motion, at 16 kHz."""
+    path = tmp_path / "tone.wav"
+    soundfile.write(path, 0.3 * np.sin(2 * np.pi * 440 * np.arange(40000) / 16000), 16000)
+    return path
+
+
+def decode(path):
+    with av.open(str(path)) as film:
+        streams = {stream.type: stream for stream in film.streams}
+        shown = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+        rate, lengths = streams["video"].average_rate, {}
+        for kind, stream in streams.items():
+            lengths[kind] = float(stream.duration * stream.time_base)
+    heard = np.zeros(0)
+    if "audio" in streams:
+        with av.open(str(path)) as film:
+            heard = np.concatenate([frame.to_ndarray()[0] for frame in film.decode(audio=0)])
+    return shown, float(rate), lengths, heard
+
+
+def test_a_decoder_finds_every_frame_and_the_sound(tmp_path, tone):
+    path = tmp_path / "a.mp4"
+    video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, tone)
+    shown, rate, lengths, heard = decode(path)
+    assert len(shown) == N_FRAMES
+    assert rate == FPS
+    height, width = video.panel_size(HEIGHT)
+    assert shown[0].shape == (height, 2 * width, 3)
+    assert lengths["video"] == pytest.approx(N_FRAMES / FPS)
+    assert lengths["audio"] == pytest.approx(lengths["video"], abs=1 / FPS)
+    spectrum = np.abs(np.fft.rfft(heard))
+    assert np.argmax(spectrum) / len(heard) * 16000 == pytest.approx(440, abs=1)
+    drawn = [image.copy() for image in video.pictures(panels(2), FPS, HEIGHT, "ada_1 · virtual")]
+    for ours, theirs in zip(drawn, shown, strict=True):
+        error = np.mean((ours.astype(float) - theirs) ** 2)
+        assert 10 * np.log10(255**2 / error) > 28  # dB; the films are made small
+
+
+def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
+    cores = os.sched_getaffinity(0)
+    digests = set()
+    try:
+        for number, allowed in enumerate((cores, cores, {min(cores)})):
+            os.sched_setaffinity(0, allowed)
+            path = tmp_path / f"{number}.mp4"
+            video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, tone)
+            digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
+    finally:
+        os.sched_setaffinity(0, cores)
+    assert len(digests) == 1
+
+
+def test_a_film_names_no_program_and_no_date(tmp_path):
+    path = tmp_path / "a.mp4"
+    video.film(path, panels(), "", FPS, HEIGHT, None)
+    with av.open(str(path)) as film:
+        assert "encoder" not in film.metadata
+        assert "creation_time" not in film.metadata
+        assert not film.streams.audio
+
+
+@pytest.mark.parametrize("fps", [10.0, 25.0, 29.97])
+def test_a_film_of_another_rate_lasts_as_long(tmp_path, tone, fps):
+    path = tmp_path / "a.mp4"
+    video.film(path, panels(), "", fps, HEIGHT, tone)
+    shown, rate, lengths, _ = decode(path)
+    assert len(shown) == video.n_pictures(panels()[0].motion, fps) == round(N_FRAMES / FPS * fps)
+    assert rate == pytest.approx(fps, rel=1e-4)
+    assert lengths["audio"] == pytest.approx(lengths["video"], abs=1 / fps)
+
+
+@pytest.mark.parametrize(("rate", "channels", "seconds"), [(8000, 2, 1.0), (15000, 1, 9.0), (44100, 1, 2.5)])
+def test_any_sound_becomes_mono_of_the_films_length(tmp_path, rate, channels, seconds):
+    wave = 0.1 * np.sin(2 * np.pi * 300 * np.arange(int(rate * seconds)) / rate)
+    soundfile.write(tmp_path / "a.wav", np.column_stack([wave] * channels), rate)
+    samples, found = video.read_sound(tmp_path / "a.wav", 2.5)
+    assert found in video.AAC_RATES_HZ
+    assert samples.dtype == np.float32
+    assert len(samples) == round(2.5 * found)
+    assert not samples[round(min(seconds, 2.5) * found) :].any()
+    video.film(tmp_path / "a.mp4", panels(), "", FPS, HEIGHT, tmp_path / "a.wav")
+    assert decode(tmp_path / "a.mp4")[2]["audio"] == pytest.approx(2.5, abs=1 / FPS)
+
+
+def test_what_is_no_sound_is_said(tmp_path):
+    (tmp_path / "a.wav").write_bytes(b"no sound at all")
+    with pytest.raises(UserError, match=r"a\.wav: cannot be read as sound"):
+        video.read_sound(tmp_path / "a.wav", 1.0)
+
+
+def test_colours_become_those_of_another_program():
+    rng = np.random.default_rng(0)
+    plain = np.repeat(np.repeat(rng.integers(0, 256, (8, 8, 3)), 16, 0), 16, 1).astype(np.uint8)
+    whole, planes = video._planes(*plain.shape[:2])
+    raster.to_yuv(plain, *planes)
+    other = av.VideoFrame.from_ndarray(plain, format="rgb24").reformat(
+        format="yuv420p", src_colorspace="ITU709", dst_colorspace="ITU709"
+    )
+    light, blueness, redness = (np.frombuffer(plane, np.uint8).reshape(plane.height, -1) for plane in other.planes)
+    assert np.abs(planes[0].astype(int) - light[:, :128]).max() <= 1
+    middle = slice(4, None, 8)  # where the other program's wider colour filter sees one colour only
+    assert np.abs(planes[1].astype(int) - blueness[:, :64])[middle, middle].max() <= 1
+    assert np.abs(planes[2].astype(int) - redness[:, :64])[middle, middle].max() <= 1
+    assert np.shares_memory(whole, planes[2])
+
+
+def test_the_mark_walks_along_the_phrases():
+    shown = phrases(N_FRAMES, seed=1)
+    strip = picture.Strip(shown, N_FRAMES / FPS, (10, 20, 110, 26))
+    image = np.full((40, 120, 3), 255, dtype=np.uint8)
+    strip.draw(image)
+    for label, start, end in zip(shown["label"], shown["start_s"], shown["end_s"], strict=True):
+        if end - start > 0.1:  # four pixels
+            column = round(10 + 100 * (start + end) / 2 / (N_FRAMES / FPS))
+            assert tuple(image[23, column]) == picture.gesture_colour(label)
+    strip.mark(image, N_FRAMES / FPS / 2)
+    assert tuple(image[18, 60]) == picture.INK
+
+
+def test_every_gesture_has_a_tag_and_text_stays_inside_the_picture():
+    for label in ("rest", "raise_both", "a_class_of_ones_own"):
+        colours, shape = picture.tag(label, 12)
+        assert colours.shape[:2] == shape.shape
+        assert shape.max() == pytest.approx(1)
+    image = np.full((24, 20, 3), 255, dtype=np.uint8)
+    picture.write(image, "a long text in a small picture", 5, 12, 14)
+    assert (image != 255).any()
