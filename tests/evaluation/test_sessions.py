@@ -1,0 +1,156 @@
+"""Session scores and differences: means by hand, pairing, directions, and what is undefined."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from cospeech import tables
+from cospeech.errors import UserError
+from cospeech.evaluation import sessions
+
+BOOTSTRAP = sessions.Bootstrap(samples=400, level=0.95, seed=1)
+
+
+def row(system, actor, record, measure, value, duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", clusters=8):
+    return {
+        "system": system, "clusters": clusters, "states": 3, "actor": actor, "record": record, "measure": measure,
+        "part": part, "gesture": gesture, "bin_s": bin_s, "value": value, "n_actual": 3, "n_synthesised": 3,
+        "duration_s": duration_s,
+    }  # fmt: skip
+
+
+def find(found, **where):
+    for column, wanted in where.items():
+        found = found[found[column] == wanted]
+    assert len(found) == 1
+    return found.iloc[0]
+
+
+def many(system, values, measure="kappa", actors=("x", "y"), **keywords):
+    """One value for each record of two actors."""
+    half = len(values) // 2
+    return [row(system, actors[k // half], f"r{k}", measure, value, **keywords) for k, value in enumerate(values)]
+
+
+def test_s_is_a_plain_mean_and_leaves_out_what_is_undefined():
+    values = [[0.2, 0.4, np.nan], [0.9, np.nan, np.nan]]
+    rows = [
+        row("hsmm", "x", f"r{r}", "S", value, duration_s=10.0 + 90 * r, gesture=f"g{g}", bin_s=0.5)
+        for r, record in enumerate(values)
+        for g, value in enumerate(record)
+    ]
+    found = find(sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP), actor="x")
+    assert found["value"] == pytest.approx((0.2 + 0.4 + 0.9) / 3)  # eq. 7.3, whatever the durations
+    assert (found["n"], found["n_undefined"], found["n_records"]) == (3, 3, 2)
+
+
+def test_d_is_weighted_by_duration():
+    rows = [row("hsmm", "x", "r1", "D", 1.0, 30.0), row("hsmm", "x", "r2", "D", 2.0, 90.0)]
+    found = find(sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP), actor="x")
+    assert found["value"] == pytest.approx((30 * 1 + 90 * 2) / 120)  # eq. 7.4
+    assert found["low"] <= found["value"] <= found["high"]
+
+
+def test_all_actors_are_pooled_beside_each():
+    rows = pd.DataFrame(many("hsmm", [0.1, 0.2, 0.5, 0.6]))
+    found = sessions.session_scores(rows, BOOTSTRAP)
+    assert find(found, actor="x")["value"] == pytest.approx(0.15)
+    assert find(found, actor="y")["value"] == pytest.approx(0.55)
+    assert find(found, actor="all")["value"] == pytest.approx(0.35)
+    assert find(found, actor="all")["n_records"] == 4
+
+
+def test_measure_undefined_everywhere_or_in_all_but_one_record():
+    rows = many("hsmm", [np.nan] * 4, "D") + many("hsmm", [0.5, np.nan, np.nan, np.nan], "kappa")
+    found = sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP)
+    nowhere = find(found, actor="all", measure="D")
+    assert math.isnan(nowhere["value"])
+    assert (nowhere["n"], nowhere["n_undefined"], nowhere["n_records"]) == (0, 4, 0)
+    once = find(found, actor="all", measure="kappa")
+    assert once["value"] == 0.5
+    assert math.isnan(once["low"])
+
+
+def test_an_actor_may_not_be_called_all():
+    with pytest.raises(UserError, match="an actor is called 'all'"):
+        sessions.session_scores(pd.DataFrame(many("hsmm", [0.1, 0.2], actors=("x", "all"))), BOOTSTRAP)
+
+
+def scored():
+    rng = np.random.default_rng(5)
+    base = rng.uniform(0, 0.6, 8)
+    rows = []
+    for measure, step in (("kappa", 0.2), ("D", 0.3), ("phrase_ratio", 0.4)):
+        rows += many("good", base + step + rng.normal(0, 0.01, 8), measure)
+        rows += many("poor", base, measure)
+        rows += many("twin", base, measure)
+    for g in range(3):
+        for system, step in (("good", 0.2), ("poor", 0.0), ("twin", 0.0)):
+            values = np.clip(base + step + 0.01 * g, 0, 1)
+            rows += many(system, values, "S", gesture=f"g{g}", bin_s=0.5)
+    return pd.DataFrame(rows)
+
+
+def test_differences_are_those_of_the_session_scores_and_mirror_each_other():
+    rows = scored()
+    found, means = sessions.differences(rows, 8, 3, BOOTSTRAP), sessions.session_scores(rows, BOOTSTRAP)
+    for measure in ("kappa", "D", "S"):
+        one = find(found, system="good", other="poor", actor="all", measure=measure)
+        two = find(found, system="poor", other="good", actor="all", measure=measure)
+        level = [find(means, system=name, actor="all", measure=measure)["value"] for name in ("good", "poor")]
+        assert one["difference"] == pytest.approx(level[0] - level[1])
+        assert (one["difference"], one["low"], one["high"]) == (-two["difference"], -two["high"], -two["low"])
+        assert one["n"] == 8
+
+
+def test_pairing_makes_intervals_narrow():
+    found = sessions.differences(scored(), 8, 3, BOOTSTRAP)
+    pair = find(found, system="good", other="poor", actor="all", measure="kappa")
+    mean = find(sessions.session_scores(scored(), BOOTSTRAP), system="good", actor="all", measure="kappa")
+    assert pair["high"] - pair["low"] < 0.2 * (mean["high"] - mean["low"])
+
+
+def test_better_knows_each_measure_s_good_side():
+    found = sessions.differences(scored(), 8, 3, BOOTSTRAP)
+
+    def better(system, other, measure):
+        return find(found, system=system, other=other, actor="all", measure=measure)["better"]
+
+    assert better("good", "poor", "kappa")
+    assert not better("poor", "good", "kappa")
+    assert not better("good", "poor", "D")  # a greater distance is worse
+    assert better("poor", "good", "D")
+    assert pd.isna(better("good", "poor", "phrase_ratio"))  # a ratio ought to be 1
+    assert not better("twin", "poor", "kappa")  # equal: the interval is 0 to 0
+
+
+def test_only_records_with_both_values_are_paired():
+    rows = pd.DataFrame(many("one", [1.0, 2.0, np.nan, 4.0], "D") + many("two", [np.nan, 1.0, 1.0, 1.0], "D"))
+    found = find(sessions.differences(rows, 8, 3, BOOTSTRAP), system="one", other="two", actor="all")
+    assert found["n"] == 2
+    assert found["difference"] == pytest.approx((1 + 3) / 2)
+    never = pd.DataFrame(many("one", [1.0, np.nan], "D") + many("two", [np.nan, 1.0], "D"))
+    found = find(sessions.differences(never, 8, 3, BOOTSTRAP), system="one", other="two", actor="all")
+    assert found["n"] == 0
+    assert math.isnan(found["difference"])
+    assert pd.isna(found["better"])
+
+
+def test_other_settings_stay_out_of_differences():
+    rows = pd.DataFrame(many("one", [1.0, 2.0]) + many("two", [1.0, 2.0]) + many("three", [1.0, 2.0], clusters=4))
+    assert set(sessions.differences(rows, 8, 3, BOOTSTRAP)["system"]) == {"one", "two"}
+
+
+def test_tables_obey_their_schemas_and_survive_the_file(tmp_path):
+    rows = scored()
+    found = {
+        "record_scores": rows,
+        "session_scores": sessions.session_scores(rows, BOOTSTRAP),
+        "differences": sessions.differences(rows, 8, 3, BOOTSTRAP),
+    }
+    for name, table in found.items():
+        path = tmp_path / f"{name}.parquet"
+        tables.write(table, path, name, corpus="virtual", config_hash="0")
+        assert len(tables.read(path, name)) == len(table)
