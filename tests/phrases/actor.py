@@ -1,4 +1,4 @@
-"""A small virtual actor for the tests of this room: gesture phrases of preparation, stroke and retraction, with noise."""
+"""A small virtual actor for the tests of this room: phrases of preparation, stroke and retraction, with noise."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pandas as pd
 from cospeech import segments, skeleton
 
 FPS = 20.0
-REST = {}
 STROKES = {
     "raise_both": {"left_arm_x": -40, "right_arm_x": -40, "left_forearm_x": -80, "right_forearm_x": -80},
     "rest": {},
@@ -58,6 +57,8 @@ def examples(truth: dict[str, pd.DataFrame], count: int, rng: np.random.Generato
     shuffled = whole.iloc[rng.permutation(len(whole))]
     turn = shuffled.groupby(["label", "record"]).cumcount()
     chosen = shuffled.assign(turn=turn).sort_values(["turn", "record"]).groupby("label").head(count)
-    return chosen.rename(columns={"label": "gesture"}).assign(origin="person")[
-        ["record", "start_s", "end_s", "gesture", "origin"]
-    ].sort_values(["record", "start_s"], ignore_index=True)
+    return (
+        chosen.rename(columns={"label": "gesture"})
+        .assign(origin="person")[["record", "start_s", "end_s", "gesture", "origin"]]
+        .sort_values(["record", "start_s"], ignore_index=True)
+    )

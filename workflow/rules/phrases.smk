@@ -1,9 +1,7 @@
 # Gesture phrases from joint angles, and intonation phrases from prosody.
 
-GESTURES = f"{RESULTS}/phrases/gesture"
 
-
-def prosody_clusters_files(settings):
+def cluster_tables(settings):
     """The named outputs of the prosody clusters of one fold at these settings."""
     folders = [
         f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{fold}}"
@@ -29,8 +27,8 @@ if "motion" in BRINGS:
                 record=records_of(wildcards.actor),
             ),
         output:
-            model=f"{GESTURES}/actor~{{actor}}/model.parquet",
-            fit=f"{GESTURES}/actor~{{actor}}/fit.parquet",
+            model=f"{RESULTS}/phrases/gesture/actor~{{actor}}/model.parquet",
+            fit=f"{RESULTS}/phrases/gesture/actor~{{actor}}/fit.parquet",
         log:
             f"{RESULTS}/logs/gesture_model/{{actor}}.log",
         benchmark:
@@ -47,11 +45,11 @@ if "motion" in BRINGS:
 
     rule gesture_phrases:
         input:
-            model=lambda wildcards: f"{GESTURES}/actor~{actor_of(wildcards.record)}/model.parquet",
+            model=lambda wildcards: f"{RESULTS}/phrases/gesture/actor~{actor_of(wildcards.record)}/model.parquet",
             motion=f"{RESULTS}/motion/{{record}}.parquet",
             annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
         output:
-            segments=f"{GESTURES}/{{record}}.parquet",
+            segments=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
         log:
             f"{RESULTS}/logs/gesture_phrases/{{record}}.log",
         benchmark:
@@ -74,9 +72,9 @@ if "motion" in BRINGS:
                 record=others(wildcards.fold),
             ),
         output:
-            segments=f"{GESTURES}/fold~{{fold}}/segments.parquet",
-            model=f"{GESTURES}/fold~{{fold}}/model.parquet",
-            fit=f"{GESTURES}/fold~{{fold}}/fit.parquet",
+            segments=f"{RESULTS}/phrases/gesture/fold~{{fold}}/segments.parquet",
+            model=f"{RESULTS}/phrases/gesture/fold~{{fold}}/model.parquet",
+            fit=f"{RESULTS}/phrases/gesture/fold~{{fold}}/fit.parquet",
         log:
             f"{RESULTS}/logs/gesture_fold/{{fold}}.log",
         benchmark:
@@ -99,7 +97,7 @@ rule prosody_clusters:
             record=records_of(actor_of(wildcards.fold)),
         ),
     output:
-        **prosody_clusters_files([MAIN]),
+        **cluster_tables([MAIN]),
     log:
         f"{RESULTS}/logs/prosody_clusters/{{fold}}.log",
     benchmark:
@@ -127,7 +125,7 @@ if SWEEP:
 
     use rule prosody_clusters as sweep_clusters with:
         output:
-            **prosody_clusters_files(SWEEP),
+            **cluster_tables(SWEEP),
         log:
             f"{RESULTS}/logs/sweep_clusters/{{fold}}.log",
         benchmark:

@@ -268,7 +268,12 @@ def alpha(log_likelihood: float, n_frames: int) -> float:
 
 
 def beta(model: ParallelHMM, sequences: list[Floats], paths: list[Path]) -> float:
-    """Return the fitness beta: how far the best branch leads the second, a frame (Sargin 2006, 4.15-4.16)."""
+    """Return the fitness beta: how far the best branch leads the second, a frame (Sargin 2006, 4.15-4.16).
+
+    A model of one branch has none: NaN.
+    """
+    if len(model.entry) < 2:
+        return np.nan
     total = 0.0
     for frames, path in zip(sequences, paths, strict=True):
         ranked = np.sort(branch_log_likelihoods(model, frames, path.begins), axis=1)

@@ -45,33 +45,42 @@ def features(motion: pd.DataFrame) -> pd.DataFrame:
 
 
 def spans(annotations: pd.DataFrame, fps: float, n_frames: int, states: int) -> pd.DataFrame:
-    """Return a record's annotations as frames: start, end and gesture.
+    """Return a record's annotations as frames: start, end, gesture, and whether they are the whole phrase.
 
-    Annotations of fewer than ``states`` frames are left out: no pass through a branch is that short.
+    What a rule proposed is the clear part of a phrase only. Annotations of fewer than ``states`` frames are left out:
+    no pass through a branch is that short.
     """
     edges = np.ceil(annotations[["start_s", "end_s"]].to_numpy() * fps - 0.5).clip(0, n_frames).astype(np.int64)
-    table = pd.DataFrame({"start": edges[:, 0], "end": edges[:, 1], "gesture": annotations["gesture"].to_numpy()})
+    table = pd.DataFrame(
+        {
+            "start": edges[:, 0],
+            "end": edges[:, 1],
+            "gesture": annotations["gesture"].to_numpy(),
+            "whole": (annotations["origin"] != "rule").to_numpy(),
+        }
+    )
     return table[table["end"] - table["start"] >= states].sort_values("start", ignore_index=True)
 
 
 def clamp(known: pd.DataFrame, labels: tuple[str, ...], n_frames: int, states: int) -> Clamp:
     """Return what the labelled ``known`` spans of a record say about its frames.
 
-    A span of a class in ``labels`` is one segment of that branch, from its first frame to its last; a span of
-    another class belongs to the branch of everything else, where there is one. A gap between two spans that is too
-    short for a segment goes to the span before it (at the start of a record, to the one after it).
+    A span of a class in ``labels`` lies in one segment of that branch, and a whole phrase is that segment; a span of
+    another class belongs to the branch of everything else, where there is one. A gap between two phrases that is too
+    short for a segment goes to the phrase before it (at the start of a record, to the one after it).
     """
     allowed = np.ones((n_frames, len(labels)), dtype=bool)
     cuts = np.full(n_frames + 1, FREE, dtype=np.int8)
     previous = 0
-    for start, end, gesture in known.itertuples(index=False):
+    for start, end, gesture, whole in known.itertuples(index=False):
         if gesture in labels:
             allowed[start:end] = np.array(labels) == gesture
-            cuts[start : end + 1] = NEVER
-            cuts[[start, end]] = MUST
-            if 0 < start - previous < states:
-                cuts[previous if previous else start] = FREE
-            previous = end
+            cuts[start + 1 : end] = NEVER
+            if whole:
+                cuts[[start, end]] = MUST
+                if 0 < start - previous < states:
+                    cuts[previous if previous else start] = FREE
+                previous = end
         elif OTHER in labels:
             allowed[start:end] = np.array(labels) == OTHER
     return Clamp(allowed, cuts[:n_frames])
@@ -149,12 +158,13 @@ def train(
 def phrases(model: Labelled, record: str, motion: pd.DataFrame, annotations: pd.DataFrame) -> pd.DataFrame:
     """Return the gesture phrases of a record at its motion's rate (schema ``segments``): the most likely path.
 
-    The record's own annotations hold: what a person corrected stays as it was corrected.
+    The record's own annotations hold: what a person corrected stays as it was corrected. Rest has no phases that
+    could begin anew: one rest after another is one.
     """
     fps, states = skeleton.frame_rate(motion), model.hmm.stay.shape[1]
     own = annotations[annotations["record"] == record]
     known = clamp(spans(own, fps, len(motion), states), model.labels, len(motion), states)
-    return models.phrases(model, record, features(motion), fps, known)
+    return models.phrases(model, record, features(motion), fps, known, lasting=(REST,))
 
 
 def _moving(tables: dict[str, pd.DataFrame]) -> tuple[tuple[str, ...], list[str]]:
@@ -172,7 +182,7 @@ def _examples(sequences: dict[str, Floats], known: dict[str, pd.DataFrame], labe
     return [
         frames[start:end]
         for record, frames in sequences.items()
-        for start, end, gesture in known[record].itertuples(index=False)
+        for start, end, gesture, _ in known[record].itertuples(index=False)
         if gesture == label
     ]
 

@@ -61,12 +61,20 @@ def frames_of(table: pd.DataFrame, features: tuple[str, ...]) -> Floats:
 
 
 def phrases(
-    model: Labelled, record: str, table: pd.DataFrame, fps: float, clamp: Clamp | None = None
+    model: Labelled,
+    record: str,
+    table: pd.DataFrame,
+    fps: float,
+    clamp: Clamp | None = None,
+    lasting: tuple[str, ...] = (),
 ) -> pd.DataFrame:
-    """Return the segments (schema ``segments``) of the most likely path through a record's features."""
+    """Return the segments (schema ``segments``) of the most likely path through a record's features.
+
+    Each pass through a branch is a segment, but for the classes in ``lasting``: their passes in succession are one.
+    """
     path = parallel.decode(model.hmm, frames_of(table, model.features), clamp)
     labels = np.array(model.labels, dtype=object)[path.branch]
-    return segments.from_labels(record, labels, fps, path.begins)
+    return segments.from_labels(record, labels, fps, path.begins & ~np.isin(labels.astype(str), lasting))
 
 
 def fit_rows(fit: parallel.Fit, sequences: list[Floats], restart: int) -> pd.DataFrame:

@@ -27,8 +27,11 @@ EXAMPLES = 5
 WINDOW_S = 0.5
 """Window over which a hand's speed and direction are judged."""
 
-LEAST_RANGE_M = 0.10
-"""Ranges of motion below this are not stretched to the whole scale, so that noise does not become gesture."""
+LEAST_RANGE_M, LEAST_SPEED = 0.10, 0.2
+"""Smaller ranges of motion in m and speeds in m/s are not stretched to the whole scale: noise is no gesture."""
+
+TOUCHING_M, APART_M = (0.08, 0.20), 0.15
+"""Wrists touch at the shortest distance of the records, but within these limits; that much farther they do not."""
 
 
 class Hands(NamedTuple):
@@ -84,7 +87,7 @@ def complete(annotations: pd.DataFrame, motions: dict[str, pd.DataFrame], labels
 
 def wrists(motion: pd.DataFrame) -> Hands:
     """Return the wrists of a motion table as they move against the chest."""
-    angles = skeleton.angles(motion)
+    angles = skeleton.angles(motion).copy()
     still = [index for index, joint in enumerate(skeleton.JOINTS) if joint not in skeleton.ARM_JOINTS]
     angles[:, still] = 0.0
     placed = skeleton.forward(np.zeros((len(motion), 3)), angles)
@@ -93,39 +96,43 @@ def wrists(motion: pd.DataFrame) -> Hands:
 
 
 def scales(hands: list[Hands]) -> dict[str, Scale]:
-    """Return the scales of what the classes are read from, over all records."""
+    """Return what counts as none and as all of each sign, from its range over all records."""
     left, right = (np.concatenate([getattr(pair, side) for pair in hands]) for side in ("left", "right"))
-    speed = np.concatenate([np.maximum(_speed(pair.left, pair.fps), _speed(pair.right, pair.fps)) for pair in hands])
+    speed = np.concatenate([_speed(getattr(pair, side), pair.fps) for pair in hands for side in ("left", "right")])
+    nearest = np.quantile(np.linalg.norm(left - right, axis=1), 0.02)
+    touching = -float(np.clip(nearest, *TOUCHING_M))
+    furthest_back = float(np.quantile(-np.maximum(left[:, 2], right[:, 2]), 0.98))
     return {
-        "left_height": _scale(left[:, 1]),
-        "right_height": _scale(right[:, 1]),
-        "back": _scale(-np.maximum(left[:, 2], right[:, 2])),
-        "near": _scale(-np.linalg.norm(left - right, axis=1)),
-        "speed": _scale(speed),
+        "left": _height(left[:, 1]),
+        "right": _height(right[:, 1]),
+        "back": Scale(0.0, max(furthest_back, LEAST_RANGE_M)),
+        "near": Scale(touching - APART_M, touching),
+        "speed": Scale(0.0, max(float(np.quantile(speed, 0.9)), LEAST_SPEED)),
     }
 
 
-def _scale(values: Floats) -> Scale:
-    low, high = np.quantile(values, [0.05, 0.98])
+def _height(values: Floats) -> Scale:
+    low, high = np.quantile(values, [0.1, 0.95])
     return Scale(float(low), float(max(high, low + LEAST_RANGE_M)))
 
 
 def scores(hands: Hands, scale: dict[str, Scale]) -> dict[str, Floats]:
     """Return the score of every class of Table 4.1 a frame, (T,) each; the weakest of its signs decides."""
-    left, right = scale["left_height"].of(hands.left[:, 1]), scale["right_height"].of(hands.right[:, 1])
+    left, right = scale["left"].of(hands.left[:, 1]), scale["right"].of(hands.right[:, 1])
     near = scale["near"].of(-np.linalg.norm(hands.left - hands.right, axis=1))
     back = scale["back"].of(-np.maximum(hands.left[:, 2], hands.right[:, 2]))
-    speed = np.maximum(_speed(hands.left, hands.fps), _speed(hands.right, hands.fps))
-    still = 1.0 - scale["speed"].of(speed)
-    crossed = _crossed(hands) * (1.0 - still)
+    moving = [scale["speed"].of(_speed(hand, hands.fps)) for hand in (hands.left, hands.right)]
+    still = 1.0 - np.maximum(*moving)
+    crossed = np.abs(_upright(hands.left, hands.fps) - _upright(hands.right, hands.fps)) * np.minimum(*moving) ** 0.5
+    level = 1.0 - np.abs(left - right)
     return {
-        "raise_both": _weakest(left, right, 1.0 - near, 1.0 - crossed),
-        "rest": _weakest(1.0 - left, 1.0 - right, still, 1.0 - near, 1.0 - back),
-        "left": _weakest(left, 1.0 - right, 1.0 - crossed),
-        "perpendicular": crossed,
+        "raise_both": _weakest(left, right, level, 1.0 - near, 1.0 - back, 1.0 - crossed),
+        "rest": _weakest(1.0 - left, 1.0 - right, still, 1.0 - back),
+        "left": _weakest(left, 1.0 - right),
+        "perpendicular": _weakest(crossed, 1.0 - near),
         "contact": near,
         "open": back,
-        "right": _weakest(right, 1.0 - left, 1.0 - crossed),
+        "right": _weakest(right, 1.0 - left),
     }
 
 
@@ -137,12 +144,6 @@ def _speed(hand: Floats, fps: float) -> Floats:
     """Return the speed of a hand in m/s, (T,), averaged over the window."""
     steps = np.linalg.norm(np.diff(hand, axis=0, prepend=hand[:1]), axis=1) * fps
     return uniform_filter1d(steps, max(1, round(WINDOW_S * fps)), mode="nearest")
-
-
-def _crossed(hands: Hands) -> Floats:
-    """Return how much one hand moves up and down while the other moves sideways or to and fro, (T,)."""
-    vertical = [_upright(hand, hands.fps) for hand in (hands.left, hands.right)]
-    return np.abs(vertical[0] - vertical[1])
 
 
 def _upright(hand: Floats, fps: float) -> Floats:
