@@ -3,14 +3,8 @@
 
 def cluster_tables(settings):
     """The named outputs of the prosody clusters of one fold at these settings."""
-    folders = [
-        f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{fold}}"
-        for setting in settings
-    ]
-    return {
-        name: [f"{folder}/{name}.parquet" for folder in folders]
-        for name in ("segments", "model", "fit")
-    }
+    folders = [f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{fold}}" for setting in settings]
+    return {name: [f"{folder}/{name}.parquet" for folder in folders] for name in ("segments", "model", "fit")}
 
 
 # A corpus of complete gesture segments brings these tables itself.
@@ -64,9 +58,7 @@ if "motion" in BRINGS:
 
     rule gesture_fold:
         input:
-            motion=lambda wildcards: expand(
-                f"{RESULTS}/motion/{{record}}.parquet", record=others(wildcards.fold)
-            ),
+            motion=lambda wildcards: expand(f"{RESULTS}/motion/{{record}}.parquet", record=others(wildcards.fold)),
             annotations=lambda wildcards: expand(
                 f"{RESULTS}/corpus/annotations/{{record}}.parquet",
                 record=others(wildcards.fold),
