@@ -19,7 +19,7 @@ LEAST_S = 2.0
 """A driver needs about this long to plan; earlier kills find no work."""
 
 
-def kill_and_resume(project: Project, kills: int, seed: int) -> int:
+def kill_and_resume(project: Project, kills: int, seed: int, cores: int = 2) -> int:
     """Run, kill after a random time and start again, ``kills`` times; then run to the end. Return the kills done.
 
     A run that ends before its kill is made anew from a clean folder, so that every kill hits a run at work.
@@ -28,7 +28,10 @@ def kill_and_resume(project: Project, kills: int, seed: int) -> int:
     done = 0
     while done < kills:
         with subprocess.Popen(
-            project.command(), env=project.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            project.command(cores=cores),
+            env=project.environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         ) as driver:
             try:
                 driver.wait(timeout=moments.uniform(LEAST_S, 12.0))
@@ -38,7 +41,7 @@ def kill_and_resume(project: Project, kills: int, seed: int) -> int:
             done += 1
         else:
             subprocess.run(["rm", "-rf", *map(str, project.folder.iterdir())], check=True)
-    project.make()
+    project.make(cores=cores)
     return done
 
 

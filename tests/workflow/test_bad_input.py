@@ -1,8 +1,10 @@
-"""Bad input ends with one clear message, a non-zero exit, no traceback, nothing half-written, others unharmed."""
+"""Bad input ends with one clear message, a non-zero exit, no traceback, nothing half-written, others unharmed.
+
+One run takes in a record for each way in which a file can be bad, among good ones.
+"""
 
 import os
 import shutil
-import struct
 import subprocess
 
 import numpy as np
@@ -11,70 +13,19 @@ import soundfile
 import yaml
 from conftest import ROOT, Project
 
-from cospeech import verify
+from cospeech import tables, verify
 
 pytestmark = pytest.mark.workflow
 
-
-@pytest.fixture
-def corpus(finished, tmp_path):
-    """Two actors of two records each, as somebody's own files; a test spoils those of record ``bad``."""
-    raw = finished.folder / "results/test/corpus/raw"
-    folder = tmp_path / "files"
-    folder.mkdir()
-    records = []
-    for name, actor, source in (
-        ("bad", "x", "ada_1"),
-        ("good", "x", "ada_2"),
-        ("c", "y", "ada_2"),
-        ("d", "y", "ada_3"),
-    ):
-        record = {"record": name, "actor": actor}
-        for field, suffix in (("motion", "bvh"), ("audio", "wav")):
-            shutil.copy(raw / f"{source}.{suffix}", folder / f"{name}.{suffix}")
-            record[field] = str(folder / f"{name}.{suffix}")
-        records.append(record)
-    return folder, records
+GOOD = ("good_1", "good_2", "stereo_8_khz")
 
 
-def attempt(tmp_path, records, *targets, **sections):
-    """Run the workflow on ``records`` and return the project and what ended."""
-    config = yaml.safe_load((ROOT / "config/test.yaml").read_text())
-    config["run"] = "tried"
-    config["corpus"] = {
-        "source": "recorded", "name": "tried", "records": records,
-        "motion": {"up": "y", "unit": "m", "joints": "cospeech", "zero": "hanging"},
-    }  # fmt: skip
-    config["phrases"]["gesture"]["first_examples"] = "rules"
-    for section, values in sections.items():
-        config[section] = {**config.get(section, {}), **values}
-    path = tmp_path / "config.yaml"
-    path.write_text(yaml.safe_dump(config))
-    project = Project(tmp_path / "project")
-    project.folder.mkdir(exist_ok=True)
-    wanted = targets or ("results/tried/speech/bad/prosody.parquet", "results/tried/speech/good/prosody.parquet")
-    return project, project.run(*wanted, config=path)
-
-
-def messages(said):
-    """Return the distinct one-line messages that the user was shown."""
-    return {line for line in said.splitlines() if line.startswith("cospeech: ")}
-
-
-def check_refusal(project, ended, *words):
-    assert ended.returncode != 0
-    assert "Traceback" not in ended.stdout
-    told = messages(ended.stdout)
-    assert len(told) == 1, ended.stdout[-3000:]
-    assert all(word in next(iter(told)) for word in words), told
-    results = project.folder / "results/tried"
-    assert verify.problems(results) == []
-    assert not [path for path in results.rglob(".*") if path.is_file() and path.name != ".lock"]
-    return results
-
-
-def spoil_wav(path, how):
+def write_sound(path, change):
     data, rate = soundfile.read(path)
+    soundfile.write(path, *change(data, rate))
+
+
+def spoil_sound(path, how):
     if how == "empty":
         path.write_bytes(b"")
     elif how == "truncated":
@@ -82,117 +33,144 @@ def spoil_wav(path, how):
     elif how == "mislabelled":
         path.write_bytes(b"%PDF-1.7 this is no sound")
     elif how == "silent":
-        soundfile.write(path, np.zeros_like(data), rate)
+        write_sound(path, lambda data, rate: (np.zeros_like(data), rate))
     elif how == "short":
-        soundfile.write(path, data[: 5 * rate], rate)
+        write_sound(path, lambda data, rate: (data[: 5 * rate], rate))
+    elif how == "stereo_8_khz":
+        write_sound(path, lambda data, rate: (np.column_stack([data, data])[::2], rate // 2))
 
 
-@pytest.mark.parametrize(
-    ("how", "word"),
-    [
-        ("empty", "bad.wav"),
-        ("truncated", "bad.wav"),
-        ("mislabelled", "bad.wav"),
-        ("silent", "silent"),
-        ("short", "length"),
-    ],
-)
-def test_a_bad_wav_stops_its_record_alone(corpus, tmp_path, how, word):
-    folder, records = corpus
-    spoil_wav(folder / "bad.wav", how)
-    project, ended = attempt(tmp_path, records)
-    results = check_refusal(project, ended, "bad", word)
-    assert (results / "speech/good/prosody.parquet").is_file()
-    assert not (results / "speech/bad/prosody.parquet").exists()
-
-
-def spoil_bvh(path, how):
+def spoil_motion(path, how):
     lines = path.read_text().splitlines()
     first = lines.index("MOTION") + 3
     if how == "empty":
         path.write_text("")
     elif how == "truncated":
-        path.write_text("\n".join(lines[: first - 20]))
+        path.write_text("\n".join(lines[: first + 9]))
     elif how == "mislabelled":
-        path.write_bytes(struct.pack("<4I", 1, 2, 3, 4))
+        path.write_bytes(bytes(range(256)))
     elif how == "nan":
         lines[first + 7] = "nan " + lines[first + 7].split(maxsplit=1)[1]
         path.write_text("\n".join(lines) + "\n")
+    elif how == "joint":
+        path.write_text(path.read_text().replace("left_forearm", "LeftElbow"))
 
 
-@pytest.mark.parametrize("how", ["empty", "truncated", "mislabelled", "nan"])
-def test_a_bad_bvh_stops_its_record_alone(corpus, tmp_path, how):
-    folder, records = corpus
-    spoil_bvh(folder / "bad.bvh", how)
-    project, ended = attempt(tmp_path, records)
-    results = check_refusal(project, ended, "bad.bvh")
-    assert (results / "speech/good/prosody.parquet").is_file()
-    assert not (results / "motion/bad.parquet").exists()
+ANNOTATIONS = {
+    "unknown_label": ("0.0,1.0,dancing\n", "dancing"),
+    "past_the_end": ("0.0,999.0,rest\n", "999"),
+    "overlapping": ("0.0,2.0,rest\n1.0,3.0,left\n", "overlap"),
+    "backwards": ("2.0,1.0,rest\n", "1.0"),
+    "no_number": ("zero,1.0,rest\n", "zero"),
+}
+
+BAD = {
+    **{f"wav_{how}": f"wav_{how}" for how in ("empty", "truncated", "mislabelled", "silent", "short")},
+    **{f"bvh_{how}": f"bvh_{how}.bvh" for how in ("empty", "truncated", "mislabelled", "nan")},
+    "bvh_joint": "left_forearm",
+    **{f"csv_{how}": word for how, (_, word) in ANNOTATIONS.items()},
+}
+"""Every bad record, named by what is wrong with it, and a word that its message must hold."""
 
 
-def test_an_unknown_joint_is_named(corpus, tmp_path):
-    _, records = corpus
-    joints = {"hips": "hips", "left_arm": "LeftArm"}
-    motion = {"up": "y", "unit": "m", "joints": joints, "zero": "hanging"}
-    corpus_section = {"source": "recorded", "name": "tried", "records": records, "motion": motion}
-    target = "results/tried/motion/bad.parquet"
-    project, ended = attempt(tmp_path, records, target, corpus=corpus_section)
-    check_refusal(project, ended, "LeftArm", "bad.bvh")
+def configure(path, records, **sections):
+    config = yaml.safe_load((ROOT / "config/test.yaml").read_text())
+    config["run"] = "tried"
+    config["corpus"] = {
+        "source": "recorded", "name": "tried", "records": records,
+        "motion": {"up": "y", "unit": "m", "joints": "cospeech", "zero": "hanging"},
+    }  # fmt: skip
+    config["phrases"]["gesture"]["first_examples"] = "rules"
+    path.write_text(yaml.safe_dump(config | sections))
+    return path
 
 
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ("0.0,1.0,dancing\n", ("dancing", "raise_both")),
-        ("0.0,999.0,rest\n", ("999", "past the end")),
-        ("0.0,2.0,rest\n1.0,3.0,left\n", ("overlap",)),
-        ("2.0,1.0,rest\n", ("bad.csv",)),
-        ("zero,1.0,rest\n", ("bad.csv", "zero")),
-    ],
-)
-def test_bad_annotations_are_named(corpus, tmp_path, rows, words):
-    folder, records = corpus
-    (folder / "bad.csv").write_text("start_s,end_s,gesture\n" + rows)
-    records[0]["annotations"] = str(folder / "bad.csv")
-    targets = ("results/tried/corpus/annotations/bad.parquet", "results/tried/corpus/annotations/good.parquet")
-    project, ended = attempt(tmp_path, records, *targets)
-    results = check_refusal(project, ended, "bad.csv", *words)
-    assert (results / "corpus/annotations/good.parquet").is_file()
+def made(records):
+    """Return what the rooms corpus and speech make of some records."""
+    kinds = ("corpus/annotations/{}.parquet", "speech/{}/prosody.parquet", "motion/{}.parquet")
+    return [f"results/tried/{kind.format(record)}" for record in records for kind in kinds]
 
 
-def test_stereo_and_8_khz_are_handled_and_said(corpus, tmp_path):
-    folder, records = corpus
-    data, rate = soundfile.read(folder / "bad.wav")
-    soundfile.write(folder / "bad.wav", np.column_stack([data, data])[::2], rate // 2)
-    target = "results/tried/corpus/records/bad.parquet"
-    project, ended = attempt(tmp_path, records, target, "results/tried/speech/bad/prosody.parquet")
-    assert ended.returncode == 0, ended.stdout[-2000:]
-    from cospeech import tables
+@pytest.fixture(scope="module")
+def attempt(finished, tmp_path_factory):
+    """A run on good and bad records of one actor: the project, what it said, and the configuration."""
+    top = tmp_path_factory.mktemp("bad_input")
+    raw = finished.folder / "results/test/corpus/raw"
+    records = []
+    for name in (*GOOD, *BAD):
+        record = {"record": name, "actor": "somebody"}
+        for field, suffix in (("motion", "bvh"), ("audio", "wav")):
+            record[field] = str(top / f"{name}.{suffix}")
+            shutil.copy(raw / f"ada_1.{suffix}", record[field])
+        kind, _, how = name.partition("_")
+        if kind in ("wav", "stereo"):
+            spoil_sound(top / f"{name}.wav", how if kind == "wav" else name)
+        elif kind == "bvh":
+            spoil_motion(top / f"{name}.bvh", how)
+        elif kind == "csv":
+            record["annotations"] = str(top / f"{name}.csv")
+            (top / f"{name}.csv").write_text("start_s,end_s,gesture\n" + ANNOTATIONS[how][0])
+        records.append(record)
+    project = Project(top / "project")
+    project.folder.mkdir()
+    config = configure(top / "config.yaml", records)
+    return project, project.run(*made([*GOOD, *BAD]), config=config), config
 
-    row = tables.read(project.folder / target, "records").iloc[0]
+
+def messages(said, about=""):
+    """Return the distinct one-line messages that the user was shown, of those that name ``about``."""
+    return {line for line in said.splitlines() if line.startswith("cospeech: ") and about in line}
+
+
+def test_the_run_fails_without_a_traceback(attempt):
+    _, ended, _ = attempt
+    assert ended.returncode != 0
+    assert "Traceback" not in ended.stdout
+    assert len(messages(ended.stdout)) == len(BAD), ended.stdout[-3000:]
+
+
+@pytest.mark.parametrize("record", BAD)
+def test_each_bad_file_has_one_message_that_names_it(attempt, record):
+    _, ended, _ = attempt
+    told = messages(ended.stdout, record)
+    assert len(told) == 1, told
+    assert BAD[record] in next(iter(told))
+
+
+def test_good_records_are_unharmed_and_bad_ones_leave_nothing_half_written(attempt):
+    project, _, _ = attempt
+    results = project.folder / "results/tried"
+    assert [path for path in made(GOOD) if not (project.folder / path).is_file()] == []
+    assert verify.problems(results) == []
+    assert [path for path in results.rglob(".*") if path.is_file() and path.name != ".lock"] == []
+    for record in BAD:
+        assert not all((project.folder / path).is_file() for path in made([record])), record
+
+
+def test_stereo_and_8_khz_are_handled_and_said(attempt):
+    project, _, _ = attempt
+    row = tables.read(project.folder / "results/tried/corpus/records/stereo_8_khz.parquet", "records").iloc[0]
     assert row["audio_rate_hz"] == 8000
     assert "channels" in row["note"]
     assert "8000" in row["note"]
 
 
-def test_a_damaged_table_is_named_when_it_is_read(corpus, tmp_path):
-    _, records = corpus
-    target = "results/tried/speech/bad/prosody.parquet"
-    project, ended = attempt(tmp_path, records, target)
-    assert ended.returncode == 0
-    path = project.folder / target
-    before = path.stat()
-    data = bytearray(path.read_bytes())
-    data[len(data) // 3] ^= 1
-    path.write_bytes(data)
+def test_a_damaged_table_is_named_when_it_is_read(attempt):
+    project, _, config = attempt
+    path = project.folder / "results/tried/corpus/records/good_1.parquet"
+    before, whole = path.stat(), path.read_bytes()
+    path.write_bytes(whole[:40] + bytes([whole[40] ^ 1]) + whole[41:])
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-    fold = "results/tried/phrases/prosody/clusters~4/states~3/fold~bad/model.parquet"
-    project, ended = attempt(tmp_path, records, fold)
+    target = project.folder / "results/tried/corpus/annotations/good_1.parquet"
+    target.unlink()
+    ended = project.run(str(target.relative_to(project.folder)), config=config)
+    path.write_bytes(whole)
     assert ended.returncode != 0
     assert "Traceback" not in ended.stdout
-    assert len(messages(ended.stdout)) == 1
-    assert "prosody.parquet: damaged" in ended.stdout
-    assert "run again" in ended.stdout
+    (told,) = messages(ended.stdout)
+    assert "records/good_1.parquet: damaged" in told
+    assert "run again" in told
+    assert not target.exists()
 
 
 @pytest.mark.parametrize(
@@ -218,15 +196,16 @@ def test_a_bad_configuration_is_found_before_any_job(tmp_path, sections, words):
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting a small disk needs root")
 def test_a_full_disk_is_said_and_leaves_nothing_half_written(tmp_path):
     project = Project(tmp_path / "small")
-    project.folder.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(project.folder)], check=False)
+    (project.folder / "results").mkdir(parents=True)
+    small = project.folder / "results"
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(small)], check=False)
     if mounted.returncode:
         pytest.skip("this machine does not let root mount a tmpfs")
     try:
-        ended = project.run()
+        ended = project.run("results/test/speech/ada_1/prosody.parquet")
         assert ended.returncode != 0
-        assert "Traceback" not in "".join(messages(ended.stdout))
         assert any("the disk is full" in line for line in messages(ended.stdout)), ended.stdout[-3000:]
-        assert verify.problems(project.folder / "results/test") == []
+        assert "Traceback" not in ended.stdout
+        assert verify.problems(small) == []
     finally:
-        subprocess.run(["umount", "-l", str(project.folder)], check=True)
+        subprocess.run(["umount", "-l", str(small)], check=True)

@@ -75,14 +75,8 @@ def test_a_second_run_has_nothing_to_do(finished):
     assert "Nothing to be done" in finished.make()
 
 
-def test_one_core_gives_the_bytes_of_two(finished, tmp_path):
-    other = Project(tmp_path)
-    other.make(cores=1)
-    assert differing(finished.artifacts(), other.artifacts()) == []
-
-
-def test_a_run_that_is_killed_five_times_ends_with_the_same_bytes(finished, tmp_path):
+def test_one_core_and_five_kills_give_the_bytes_of_an_undisturbed_run_on_two_cores(finished, tmp_path):
     project = Project(tmp_path)
-    assert kill_and_resume(project, kills=5, seed=2012) == 5
+    assert kill_and_resume(project, kills=5, seed=2012, cores=1) == 5
     assert differing(finished.artifacts(), project.artifacts()) == []
     assert verify.problems(project.folder / "results/test") == []
