@@ -213,7 +213,7 @@ def _loft(part: Part, detail: int, mirrored: bool) -> Mesh:
     table = np.array(part.rings)
     steps = np.linspace(0, len(table) - 1, (len(table) - 1) * detail + 1)
     along, width, depth, middle_width, middle_depth = PchipInterpolator(np.arange(len(table)), table)(steps).T
-    around = 8 + 4 * detail
+    around = 6 + 4 * detail
     turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
     outline_width = np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / part.square)
     outline_depth = np.sign(np.sin(turn)) * np.abs(np.sin(turn)) ** (2 / part.square)

@@ -32,7 +32,7 @@ def background(height: int, width: int) -> Image:
     """Return an empty light picture (height, width, 3), a little darker toward the floor."""
     down = np.linspace(0, 1, height)[:, None, None] ** 2
     shade = (1 - down) * np.array([248.0, 247.0, 245.0]) + down * np.array([233.0, 232.0, 229.0])
-    return np.broadcast_to(np.round(shade), (height, width, 3)).astype(np.uint8)
+    return np.broadcast_to(np.round(shade), (height, width, 3)).astype(np.uint8, order="C")
 
 
 @functools.cache

@@ -71,7 +71,7 @@ def draw_body(
         points[v, 0] = (points[v, 0] - np.float32(x0)) * np.float32(2.0)
         points[v, 1] = (points[v, 1] - np.float32(y0)) * np.float32(2.0)
     nearness = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.float32)
-    tone = np.empty((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.uint16)
+    tone = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.uint16)
     _fill(points, light, face, paint, nearness, tone)
     _lay(image, y0, x0, nearness, tone, tones, lens)
 
@@ -231,80 +231,80 @@ def _lay(
 ) -> None:
     """Lay the samples on the picture, four a pixel, darkened where something close by stands in front."""
     height, width = nearness.shape
-    hidden = _hidden(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.011) + np.float32(0.5))))
-    quarter, half = np.float32(0.25), np.float32(0.5)
+    hidden, front = _hidden(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.011) + np.float32(0.5))))
+    quarter, half, none = np.float32(0.25), np.float32(0.5), np.float32(0.0)
     for y in range(0, height, 2):
         for x in range(0, width, 2):
-            near = max(max(nearness[y, x], nearness[y, x + 1]), max(nearness[y + 1, x], nearness[y + 1, x + 1]))
-            if near == 0:
+            a, b = nearness[y, x], nearness[y, x + 1]
+            c, d = nearness[y + 1, x], nearness[y + 1, x + 1]
+            near = max(max(a, b), max(c, d))
+            if near == none:
                 continue
-            keep = quarter - np.float32(0.1) * _between(hidden, nearness, y, x, near)
-            pixel = image[top + (y >> 1), left + (x >> 1)]
-            red = green = blue = np.float32(0.0)
-            covered = 0
-            for j in range(2):
-                for i in range(2):
-                    if nearness[y + j, x + i] > 0:
-                        shown = tones[tone[y + j, x + i]]
-                        red += shown[0]
-                        green += shown[1]
-                        blue += shown[2]
-                        covered += 1
-            through = quarter * np.float32(4 - covered)
-            pixel[0] = np.uint8(keep * red + through * pixel[0] + half)
-            pixel[1] = np.uint8(keep * green + through * pixel[1] + half)
-            pixel[2] = np.uint8(keep * blue + through * pixel[2] + half)
+            row, column = top + (y >> 1), left + (x >> 1)
+            keep = quarter - np.float32(0.1) * _between(hidden, front, y, x, near)
+            # Where the body does not cover a sample, what was there before shows through.
+            tone_a, tone_b = tone[y, x], tone[y, x + 1]
+            tone_c, tone_d = tone[y + 1, x], tone[y + 1, x + 1]
+            on_a, on_b = (keep if a > none else none), (keep if b > none else none)
+            on_c, on_d = (keep if c > none else none), (keep if d > none else none)
+            paper = quarter * ((a == none) + (b == none) + (c == none) + (d == none))
+            for k in range(3):
+                mixed = on_a * tones[tone_a, k] + on_b * tones[tone_b, k] + on_c * tones[tone_c, k]
+                mixed += on_d * tones[tone_d, k] + np.float32(paper) * image[row, column, k]
+                image[row, column, k] = np.uint8(mixed + half)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _hidden(nearness: Singles, step: int) -> Singles:
-    """Return which share of the light is kept off by what stands just in front, for every block of 4 x 4 samples.
+def _hidden(nearness: Singles, step: int) -> tuple[Singles, Singles]:
+    """Return the share of the light that is kept off by what stands just in front, and the nearness it holds for.
 
-    Looks at 16 places around the block, ``step`` blocks apart. What is 15 cm ahead or more hides ever less.
+    Both are given for every block of 4 x 4 samples, with one more row and column of nothing. Looks at 16 places
+    around the block, ``step`` blocks apart. What is 15 cm ahead or more hides ever less.
     """
     height, width = nearness.shape[0] // 4, nearness.shape[1] // 4
-    one = np.float32(1.0)
+    none, all_ = np.float32(0.0), np.float32(1.0)
+    front = np.zeros((height + 1, width + 1), dtype=np.float32)
+    for y in range(height):
+        for x in range(width):
+            front[y, x] = nearness[4 * y + 2, 4 * x + 2]
     hidden = np.zeros((height + 1, width + 1), dtype=np.float32)
     for y in range(height):
         for x in range(width):
-            near = nearness[4 * y + 2, 4 * x + 2]
-            if near == 0:
+            near = front[y, x]
+            if near == none:
                 continue
-            metres = one / (near * near)  # nearness is 1 / distance: its difference over its square is metres
-            total = np.float32(0.0)
+            metres = all_ / (near * near)  # nearness is 1 / distance: its difference over its square is metres
+            total = none
             for j in range(-3, 4, 2):
                 for i in range(-3, 4, 2):
                     row, column = y + j * step, x + i * step
                     if 0 <= row < height and 0 <= column < width:
-                        ahead = (nearness[4 * row + 2, 4 * column + 2] - near) * metres
+                        ahead = (front[row, column] - near) * metres
                         if ahead > np.float32(0.01):
-                            close = min(one, (ahead - np.float32(0.01)) * np.float32(25.0))
-                            total += close * max(
-                                np.float32(0.0), min(one, np.float32(2.0) - ahead / np.float32(0.15))
-                            )
-            hidden[y, x] = total / np.float32(16.0)
-    return hidden
+                            close = min(all_, (ahead - np.float32(0.01)) * np.float32(25.0))
+                            total += close * max(none, min(all_, np.float32(2.0) - ahead * np.float32(6.6666667)))
+            hidden[y, x] = total * np.float32(0.0625)
+    return hidden, front
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _between(hidden: Singles, nearness: Singles, y: int, x: int, near: np.float32) -> np.float32:
+def _between(hidden: Singles, front: Singles, y: int, x: int, near: np.float32) -> np.float32:
     """Return ``hidden`` at a pixel (its upper left sample), between those neighbouring blocks that are as near."""
-    one = np.float32(1.0)
     row, column = max(0, (y - 1) >> 2), max(0, (x - 1) >> 2)
-    if hidden[row, column] + hidden[row, column + 1] + hidden[row + 1, column] + hidden[row + 1, column + 1] == 0:
-        return np.float32(0.0)
-    down, right = np.float32(y - 1 - 4 * row) / np.float32(4.0), np.float32(x - 1 - 4 * column) / np.float32(4.0)
-    total, weights = np.float32(0.0), np.float32(1e-6)
-    for j in range(2):
-        for i in range(2):
-            sample = nearness[
-                min(4 * (row + j) + 2, len(nearness) - 1), min(4 * (column + i) + 2, nearness.shape[1] - 1)
-            ]
-            apart = abs(sample - near) / (near * near)
-            weight = (down if j else one - down) * (right if i else one - right) / (np.float32(0.01) + apart)
-            total += weight * hidden[row + j, column + i]
-            weights += weight
-    return total / weights
+    a, b = hidden[row, column], hidden[row, column + 1]
+    c, d = hidden[row + 1, column], hidden[row + 1, column + 1]
+    all_, none = np.float32(1.0), np.float32(0.0)
+    if a + b + c + d == none:
+        return none
+    down = np.float32(y - 1 - 4 * row) * np.float32(0.25)
+    right = np.float32(x - 1 - 4 * column) * np.float32(0.25)
+    apart = np.float32(20.0) / (near * near)  # a block 5 cm before or behind does not count
+    share_a = (all_ - down) * (all_ - right) * max(none, all_ - apart * abs(front[row, column] - near))
+    share_b = (all_ - down) * right * max(none, all_ - apart * abs(front[row, column + 1] - near))
+    share_c = down * (all_ - right) * max(none, all_ - apart * abs(front[row + 1, column] - near))
+    share_d = down * right * max(none, all_ - apart * abs(front[row + 1, column + 1] - near))
+    total = share_a + share_b + share_c + share_d
+    return (share_a * a + share_b * b + share_c * c + share_d * d) / max(total, np.float32(1e-3))
 
 
 @numba.njit(cache=True)
@@ -314,17 +314,21 @@ def to_yuv(image: Image, light: Image, blueness: Image, redness: Image) -> None:
     ``light`` is (H, W); ``blueness`` and ``redness`` are (H / 2, W / 2), the mean of 2 x 2 pixels.
     """
     height, width = blueness.shape
+    every, out = image.reshape(-1), light.reshape(-1)
+    for x in range(len(out)):  # 32 bits and flat arrays, so that the loop runs in vectors
+        red, green, blue = np.int32(every[3 * x]), np.int32(every[3 * x + 1]), np.int32(every[3 * x + 2])
+        sum_ = np.int32(11966) * red + np.int32(40254) * green + np.int32(4064) * blue
+        out[x] = np.uint8((sum_ + np.int32(1081344)) >> np.int32(16))
     for y in range(height):
+        above, below = every[12 * y * width :], every[(12 * y + 6) * width :]
         for x in range(width):
-            red = green = blue = 0
-            for j in range(2):
-                for i in range(2):
-                    r = int(image[2 * y + j, 2 * x + i, 0])
-                    g = int(image[2 * y + j, 2 * x + i, 1])
-                    b = int(image[2 * y + j, 2 * x + i, 2])
-                    light[2 * y + j, 2 * x + i] = np.uint8((11966 * r + 40254 * g + 4064 * b + 1081344) >> 16)
-                    red += r
-                    green += g
-                    blue += b
-            blueness[y, x] = np.uint8((28784 * blue - 22189 * green - 6595 * red + 33685504) >> 18)
-            redness[y, x] = np.uint8((28784 * red - 26145 * green - 2639 * blue + 33685504) >> 18)
+            red = np.int32(above[6 * x]) + np.int32(above[6 * x + 3])
+            red += np.int32(below[6 * x]) + np.int32(below[6 * x + 3])
+            green = np.int32(above[6 * x + 1]) + np.int32(above[6 * x + 4])
+            green += np.int32(below[6 * x + 1]) + np.int32(below[6 * x + 4])
+            blue = np.int32(above[6 * x + 2]) + np.int32(above[6 * x + 5])
+            blue += np.int32(below[6 * x + 2]) + np.int32(below[6 * x + 5])
+            bluer = np.int32(28784) * blue - np.int32(22189) * green - np.int32(6595) * red
+            redder = np.int32(28784) * red - np.int32(26145) * green - np.int32(2639) * blue
+            blueness[y, x] = np.uint8((bluer + np.int32(33685504)) >> np.int32(18))
+            redness[y, x] = np.uint8((redder + np.int32(33685504)) >> np.int32(18))
