@@ -37,7 +37,7 @@ def test_path_costs_what_the_best_of_all_sequences_costs(seed):
             total += weight * jump[before, here] + (1 - weight) * penalties[step][places[step]]
         return total
 
-    found = units.cheapest_path(candidates, penalties, jump, weight)
+    found = units.cheapest_path(candidates, penalties, lambda j, k: jump[np.ix_(j, k)], weight)
     assert found.cost == pytest.approx(min(map(cost, product(*map(range, map(len, candidates))))), abs=1e-12)
     places = [list(options).index(k) for options, k in zip(candidates, found.template, strict=True)]
     assert cost(places) == pytest.approx(found.cost, abs=1e-12)
@@ -131,5 +131,5 @@ def test_summary_adds_up_the_penalties():
         np.abs(wanted - long[options])
         for wanted, options in zip(shown["end_s"] - shown["start_s"], candidates, strict=True)
     ]
-    best = units.cheapest_path(candidates, penalties, units.jumps(pool.end, pool.begin), 0.3)
+    best = units.cheapest_path(candidates, penalties, lambda j, k: units.jumps(pool.end[j], pool.begin[k]), 0.3)
     assert units.summary(found, 0.3) == f"{len(shown)} units at a total penalty of {best.cost:.6f}"

@@ -51,24 +51,25 @@ def typical(phrases: pd.DataFrame, motions: Mapping[str, pd.DataFrame], order: S
     motions : the motion table of each record.
     order : the classes, in the order wanted; those that do not occur are left out.
     """
-    found: dict[str, list[tuple[str, int, Floats]]] = {label: [] for label in order}
+    strokes = []
     for record, rows in phrases.groupby("record", sort=True):
         motion = motions[str(record)]
-        places = arm_places(motion)
         first, end = frame_spans(rows, len(motion), skeleton.frame_rate(motion))
-        for label, start, stop in zip(rows["label"], first, end, strict=True):
-            third = (stop - start) // 3
-            for frame in range(start + third, stop - third):
-                found[label].append((str(record), frame, places[frame]))
+        third = (end - first) // 3
+        frames = np.concatenate([np.arange(a, b) for a, b in zip(first + third, end - third, strict=True)])
+        labels = np.repeat(rows["label"].to_numpy(dtype=object), end - first - 2 * third)
+        strokes.append((str(record), frames, labels, arm_places(motion)[frames]))
     shown = []
     for label in order:
-        if found[label]:
-            places = np.stack([place for _, _, place in found[label]])
-            distance = np.linalg.norm(places - places.mean(axis=0), axis=-1).mean(axis=-1)
-            best = int(np.argmin(distance))
-            record, frame, _ = found[label][best]
-            fps = skeleton.frame_rate(motions[record])
-            shown.append((label, record, frame, (frame + 0.5) / fps, distance[best]))
+        chosen = [(record, frames[of == label], places[of == label]) for record, frames, of, places in strokes]
+        places = np.concatenate([part for _, _, part in chosen])
+        if len(places) == 0:
+            continue
+        distance = np.linalg.norm(places - places.mean(axis=0), axis=-1).mean(axis=-1)
+        best = int(np.argmin(distance))
+        names = np.repeat([record for record, _, _ in chosen], [len(part) for _, _, part in chosen])
+        record, frame = str(names[best]), int(np.concatenate([frames for _, frames, _ in chosen])[best])
+        shown.append((label, record, frame, (frame + 0.5) / skeleton.frame_rate(motions[record]), distance[best]))
     table = pd.DataFrame(shown, columns=["label", "record", "frame", "time_s", "distance_m"])
     table["n_phrases"] = table["label"].map(phrases["label"].value_counts()).astype("int64")
     return table

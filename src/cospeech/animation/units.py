@@ -8,7 +8,7 @@ Viterbi algorithm below equation 6.3; as printed there, the first phrase pays it
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -98,20 +98,25 @@ def jumps(ends: Floats, begins: Floats) -> Floats:
     return np.sqrt(squares)
 
 
-def cheapest_path(candidates: Sequence[Ints], penalties: Sequence[Floats], jump: Floats, weight: float) -> Choice:
+def cheapest_path(
+    candidates: Sequence[Ints],
+    penalties: Sequence[Floats],
+    jump: Callable[[Ints, Ints], Floats],
+    weight: float,
+) -> Choice:
     """Return the sequence of templates of least accumulated penalty: steps i to iv below equation 6.3.
 
     Parameters
     ----------
     candidates : for each of L phrases the indices (K_l,) of the templates of its class.
     penalties : for each phrase the duration penalties (K_l,) of these templates in seconds.
-    jump : (K, K) continuity penalty from one template to the next in radians.
+    jump : gives the continuity penalties (J, K) in radians from each of J templates to each of K.
     weight : alpha, the share of continuity in the penalty.
     """
     value = penalties[0]
     came_from: list[Ints] = []
     for before, here, penalty in zip(candidates, candidates[1:], penalties[1:], strict=False):
-        reached = value[:, None] + weight * jump[np.ix_(before, here)]
+        reached = value[:, None] + weight * jump(before, here)
         came_from.append(np.argmin(reached, axis=0))
         value = reached[came_from[-1], np.arange(len(here))] + (1 - weight) * penalty
     best = int(np.argmin(value))
@@ -124,7 +129,7 @@ def cheapest_path(candidates: Sequence[Ints], penalties: Sequence[Floats], jump:
     return Choice(
         path,
         np.array([penalty[k] for penalty, k in zip(penalties, choice, strict=True)]),
-        np.append(np.nan, jump[path[:-1], path[1:]]),
+        np.array([np.nan, *(jump(path[[k]], path[[k + 1]])[0, 0] for k in range(len(path) - 1))]),
         cost,
     )
 
@@ -157,7 +162,7 @@ def select(phrases: pd.DataFrame, pool: Templates, n_frames: int, fps: float, we
     template_s = pool.table["duration_s"].to_numpy()
     candidates = [of_class[labels[row]] for row in shown]
     penalties = [np.abs(durations[row] - template_s[of_class[labels[row]]]) for row in shown]
-    path = cheapest_path(candidates, penalties, jumps(pool.end, pool.begin), weight)
+    path = cheapest_path(candidates, penalties, lambda j, k: jumps(pool.end[j], pool.begin[k]), weight)
 
     units = pd.DataFrame({"segment": phrases["segment"].to_numpy(), "label": labels})
     units["template_record"] = pd.Series(None, index=units.index, dtype=object)
