@@ -29,7 +29,7 @@ Censoring = Literal["none", "right"]
 Smoothing = Literal["none", "additive", "kernel"]
 
 TABLES = ("initial", "transitions", "emissions", "durations")
-"""The four tables that are a model; each has a schema of its name."""
+"""The four tables that are a model: each has a schema and a field of the model of its name."""
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,7 @@ class Counts:
     durations: Float
 
     def __add__(self, other: Counts) -> Counts:
-        return Counts(
-            self.states,
-            self.symbols,
-            self.initial + other.initial,
-            self.transitions + other.transitions,
-            self.emissions + other.emissions,
-            self.durations + other.durations,
-        )
+        return Counts(self.states, self.symbols, *(getattr(self, name) + getattr(other, name) for name in TABLES))
 
 
 def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Int:
@@ -92,9 +85,7 @@ def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Int:
     UserError : where a label is not among them.
     """
     given = np.asarray(labels, dtype=object)
-    heads = np.flatnonzero(
-        np.append(True, given[1:] != given[:-1])[: len(given)]
-    )  # labels last: look up each run once
+    heads = np.flatnonzero(np.append(True, given[1:] != given[:-1])[: len(given)])  # as labels last, one look a run
     place = {name: number for number, name in enumerate(names)}
     codes = np.array([place.get(given[head], -1) for head in heads], dtype=np.int64)
     if (codes < 0).any():
@@ -159,23 +150,20 @@ def estimate(counts: Counts, floor: float, smoothing: Smoothing = "none", amount
     seen = np.flatnonzero(counts.durations.sum(axis=1) > 0)
     if len(seen) == 0:
         raise ValueError("no phrase was counted")
-    return SemiMarkov(
+    counted = SemiMarkov(
         states=tuple(counts.states[i] for i in seen),
         symbols=counts.symbols,
-        initial=_floored(counts.initial[seen], floor),
-        transitions=_floored(counts.transitions[np.ix_(seen, seen)], floor),
-        emissions=_floored(counts.emissions[seen], floor),
-        durations=_floored(_smoothed(counts.durations[seen], smoothing, amount), floor),
+        initial=counts.initial[seen],
+        transitions=counts.transitions[np.ix_(seen, seen)],
+        emissions=counts.emissions[seen],
+        durations=_smoothed(counts.durations[seen], smoothing, amount),
     )
+    return floored(counted, floor)
 
 
 def floored(model: SemiMarkov, floor: float) -> SemiMarkov:
-    """Return ``model`` with no probability below ``floor``, as ``estimate`` does it."""
-    return SemiMarkov(
-        model.states,
-        model.symbols,
-        *(_floored(p, floor) for p in (model.initial, model.transitions, model.emissions, model.durations)),
-    )
+    """Return ``model`` with each distribution normalised and no probability below ``floor``; see ``estimate``."""
+    return SemiMarkov(model.states, model.symbols, *(_floored(getattr(model, name), floor) for name in TABLES))
 
 
 def _floored(weights: Float, floor: float) -> Float:
@@ -200,31 +188,20 @@ def _smoothed(histograms: Float, smoothing: Smoothing, amount: float) -> Float:
 
 def to_tables(model: SemiMarkov, frame_s: float, floor: float | None = None) -> dict[str, pd.DataFrame]:
     """Return the model as tables of the schemas ``TABLES``; ``floor`` is the floor that was used."""
-    states = np.array(model.states, dtype=object)
+    states, symbols = (np.array(names, dtype=object) for names in (model.states, model.symbols))
     n_states, n_bins = model.durations.shape
-    n_symbols = len(model.symbols)
-    bins = np.arange(1, n_bins + 1)
-    tables = {
-        "initial": {"gesture": states, "probability": model.initial},
-        "transitions": {
-            "from_gesture": np.repeat(states, n_states),
-            "to_gesture": np.tile(states, n_states),
-            "probability": model.transitions.ravel(),
-        },
-        "emissions": {
-            "gesture": np.repeat(states, n_symbols),
-            "prosody": np.tile(np.array(model.symbols, dtype=object), n_states),
-            "probability": model.emissions.ravel(),
-        },
-        "durations": {
-            "gesture": np.repeat(states, n_bins),
-            "bin": np.tile(bins, n_states),
-            "duration_s": np.tile(bins * frame_s, n_states),
-            "probability": model.durations.ravel(),
-        },
+    bins = np.tile(np.arange(1, n_bins + 1), n_states)
+    keys = {
+        "initial": {"gesture": states},
+        "transitions": {"from_gesture": np.repeat(states, n_states), "to_gesture": np.tile(states, n_states)},
+        "emissions": {"gesture": np.repeat(states, len(symbols)), "prosody": np.tile(symbols, n_states)},
+        "durations": {"gesture": np.repeat(states, n_bins), "bin": bins, "duration_s": bins * frame_s},
     }
     shared = {"floor": np.nan if floor is None else floor, "actor": None}
-    return {name: pd.DataFrame({**columns, **shared}) for name, columns in tables.items()}
+    return {
+        name: pd.DataFrame({**key, "probability": getattr(model, name).ravel(), **shared})
+        for name, key in keys.items()
+    }
 
 
 def from_tables(tables: Mapping[str, pd.DataFrame]) -> SemiMarkov:
@@ -318,16 +295,9 @@ def sample(
     if total == -np.inf:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     starts, states = np.empty((2, n_frames), dtype=np.int64)
+    uniforms = rng.random((n_frames + 1, 2))
     n_phrases = semi_kernels.draw_back(
-        logs.transitions,
-        logs.durations,
-        logs.last,
-        ending,
-        offer,
-        of_state,
-        rng.random((n_frames + 1, 2)),
-        starts,
-        states,
+        logs.transitions, logs.durations, logs.last, ending, offer, of_state, uniforms, starts, states
     )
     score = _score(logs, starts[-n_phrases:], states[-n_phrases:])
     return _path(model, starts, states, n_phrases, score)
@@ -408,6 +378,7 @@ def _filter(logs: _Logs) -> tuple[Float, Float, Float, float]:
     n_frames = len(logs.observations)
     ending, offer = np.full((2, n_states, n_frames), -np.inf)
     emitted, of_state = np.zeros((2, n_states))
+    sums = np.zeros((n_states, n_frames + n_bins))
     semi_kernels.summed_scores(
         logs.initial,
         logs.transitions,
@@ -417,7 +388,7 @@ def _filter(logs: _Logs) -> tuple[Float, Float, Float, float]:
         ending,
         offer,
         emitted,
-        np.zeros((n_states, n_frames + n_bins)),
+        sums,
     )
     return ending, offer, of_state, float(semi_kernels.closing_scores(logs.last, offer, emitted, of_state))
 
