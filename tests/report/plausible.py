@@ -7,6 +7,7 @@ import pandas as pd
 
 from cospeech import segments, skeleton
 from cospeech.evaluation import scores, sessions
+from cospeech.synthesis import systems
 
 ACTORS = {f"{actor}_{k}": actor for actor in ("ada", "deniz") for k in range(1, 5)}
 GESTURES = segments.GESTURES
@@ -15,17 +16,8 @@ DURATION_S = 60.0
 BINS_S = (0.025, 0.25, 0.5)
 RULES = scores.Rules(GESTURES, BINS_S, 10.0, 0.5, 3.0, 1.5, FRAME_S)
 SYSTEMS = {
-    "hsmm": {"title": "HSMM as printed", "role": "system"},
-    "hsmm_weighted": {"title": "HSMM, weighted emissions", "role": "system"},
-    "hsmm_sampled": {"title": "HSMM, sampled path", "role": "system"},
-    "random": {"title": "random phrases", "role": "control"},
-    "prior": {"title": "HSMM without speech", "role": "control"},
-    "shuffled": {"title": "HSMM, another record's speech", "role": "control"},
-    "shifted": {"title": "HSMM, speech shifted in time", "role": "control"},
-    "clock": {"title": "most likely at this time", "role": "control"},
-    "majority": {"title": "most frequent gesture", "role": "control"},
-    "another": {"title": "another real record", "role": "ceiling"},
-    "oracle": {"title": "HSMM as planted", "role": "ceiling"},
+    name: {"title": system.title, "role": system.role, "controls": list(system.controls)}
+    for name, system in systems(studio=True).items()
 }
 FIDELITY = {"hsmm": 0.5, "hsmm_weighted": 0.65, "hsmm_sampled": 0.55, "oracle": 0.8}
 
@@ -96,7 +88,7 @@ def record_scores() -> pd.DataFrame:
 
     for (system, record), table in synthesised_phrases(tables).items():
         add(system, (8, 3), record, table)
-    for i, setting in enumerate((m, n) for m in (4, 6, 8, 10, 12, 14, 16) for n in (3, 5, 7, 9)):
+    for i, setting in enumerate((m, n) for m in (4, 8, 12) for n in (3, 5)):
         for system in ("hsmm", "hsmm_weighted"):
             for r, record in enumerate(ACTORS):
                 fidelity = FIDELITY[system] - 0.01 * abs(setting[0] - 8) - 0.01 * (setting[1] - 3)
@@ -141,3 +133,65 @@ def recovery_rows() -> list[dict[str, object]]:
         for quantity in ("transitions_p", "durations_p"):
             rows.append({"actor": actor, "quantity": quantity, "value": rng.uniform(0.1, 0.9), "n": 90})
     return rows
+
+
+def speech(record: str, rng: np.random.Generator) -> pd.DataFrame:
+    """Return made-up prosody frames: syllables of noise under a slow melody."""
+    n_frames = round(DURATION_S / FRAME_S)
+    time_s = segments.frame_times(n_frames, 1 / FRAME_S)
+    intensity = np.convolve(rng.normal(0, 4, n_frames), np.ones(20) / 20, "same")
+    lag_s = 1 / (180 + 40 * np.sin(time_s) + rng.normal(0, 2, n_frames))
+    gain = np.clip(0.5 + 0.5 * np.sin(5 * time_s), -1, 1)
+    table = pd.DataFrame({"frame": np.arange(n_frames), "time_s": time_s, "intensity": intensity})
+    table = table.assign(pitch_lag=lag_s - lag_s.mean(), pitch_gain=gain)
+    for name in ("intensity", "pitch_lag", "pitch_gain"):
+        table[f"d_{name}"] = np.diff(table[name], prepend=table[name].iloc[0])
+    return table.assign(intensity_log=intensity, lag_s=lag_s)
+
+
+def clusters(record: str, rng: np.random.Generator) -> pd.DataFrame:
+    starts = np.cumsum(np.append(0, rng.integers(16, 64, 50)))
+    n_frames = round(DURATION_S / FRAME_S)
+    starts = starts[starts < n_frames]
+    labels = [f"p{k}" for k in rng.integers(1, 9, len(starts))]
+    return segments.from_starts(record, starts, labels, n_frames, 1 / FRAME_S)
+
+
+def records() -> pd.DataFrame:
+    scenarios = ("memory", "documentary", "fairy_tale", "watch_and_tell")
+    return pd.DataFrame(
+        [
+            {"actor": actor, "record": record, "scenario": scenarios[place % 4], "language": "Turkish"}
+            | {"motion_source": "bvh", "motion_fps": 20.0, "audio_rate_hz": 16000.0, "duration_s": DURATION_S}
+            | {"motion_path": f"{record}.bvh", "audio_path": f"{record}.wav", "note": None}
+            for place, (record, actor) in enumerate(ACTORS.items())
+        ]
+    )
+
+
+def annotations(origin: str = "studio") -> pd.DataFrame:
+    rows = [(record, float(k), k + 0.9, g, origin) for record in ACTORS for k, g in enumerate(GESTURES)]
+    return pd.DataFrame(rows, columns=["record", "start_s", "end_s", "gesture", "origin"])
+
+
+def smoothing() -> pd.DataFrame:
+    """Return one made-up joint angle under each filter."""
+    time_s = segments.frame_times(40, 20.0)
+    plain = np.where(time_s < 1.0, 10 * np.sin(3 * time_s), -20 + 4 * np.sin(3 * time_s))
+    tables = []
+    for name, width in (("none", 1), ("exponential", 5), ("moving_average", 5), ("gaussian", 3), ("median", 3)):
+        padded = np.pad(plain, width // 2, mode="edge")
+        angle = np.convolve(padded, np.ones(width) / width, "valid")
+        origin = {"filter": name, "window": 5, "system": "hsmm_weighted", "record": "ada_1"}
+        where = {"joint": "left_arm", "axis": "x", "frame": np.arange(40), "time_s": time_s}
+        tables.append(pd.DataFrame(origin | where | {"angle_deg": angle, "boundary_s": 1.0}))
+    return pd.concat(tables, ignore_index=True)
+
+
+def stills() -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            {"label": g, "record": "ada_1", "frame": 20 * k, "time_s": k + 0.025, "n_phrases": 9, "distance_m": 0.02}
+            for k, g in enumerate(GESTURES)
+        ]
+    )

@@ -120,16 +120,16 @@ def _places(shown: list[Line]) -> list[float]:
 
 
 def _column(axes: Axes, own: pd.DataFrame, shown: list[Line], places: list[float]) -> None:
-    for line, place in zip(shown, places, strict=True):
-        colour = style.ROLE_COLOURS[line.role]
-        for part, look in (("interior", {"mfc": "none", "ms": 5.5, "mew": 1.0}), ("whole", {"ms": 4.5})):
-            row = own[(own["system"] == line.name) & (own["part"] == part)].dropna(subset=["value"])
-            if len(row) == 0:
-                continue
-            if part == "whole":
-                ends = [row["low"].iloc[0], row["high"].iloc[0]]
-                axes.plot(ends, [place, place], color=colour, lw=1.6, solid_capstyle="butt")
-            axes.plot(row["value"].iloc[0], place, marker="o", color=colour, **look)
+    where = pd.DataFrame({"place": places, "colour": [style.ROLE_COLOURS[line.role] for line in shown]})
+    where.index = pd.Index([line.name for line in shown], name="system")
+    for part in ("interior", "whole"):
+        rows = own[own["part"] == part].dropna(subset=["value"]).join(where, on="system")
+        colours = rows["colour"].tolist()
+        if part == "whole":
+            axes.hlines(rows["place"], rows["low"], rows["high"], colors=colours, lw=1.6)
+            axes.scatter(rows["value"], rows["place"], s=20, color=colours, zorder=3)
+        else:
+            axes.scatter(rows["value"], rows["place"], s=30, facecolors="none", edgecolors=colours, lw=1.0, zorder=2)
 
 
 def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) -> pd.DataFrame:
@@ -180,13 +180,15 @@ def difference_figure(table: pd.DataFrame, systems: Systems, measures: list[str]
     chosen = table[table["measure"].isin(measures)]
     rows = list(dict.fromkeys(zip(chosen["system"], chosen["other"], chosen["kind"], strict=True)))
     drawn, axes = style.figure(1.0 + 0.225 * len(rows), 1, len(measures), sharey=True)
+    order = {pair[:2]: place for place, pair in enumerate(rows)}
     for panel, measure in zip(axes[0], measures, strict=True):
-        for place, (system, other, _) in enumerate(rows):
-            own = chosen[(chosen["system"] == system) & (chosen["other"] == other) & (chosen["measure"] == measure)]
-            _difference(panel, own, place, measure)
+        own = chosen[chosen["measure"] == measure].dropna(subset=["difference"])
+        places = [order[pair] for pair in zip(own["system"], own["other"], strict=True)]
+        _differences(panel, own, places, measure)
         panel.axvline(0, color=style.INK, lw=0.8)
         arrow = {"more": "better →", "less": "← better"}.get(words.MEASURES[measure].better, "")
-        panel.set_title(words.measure(measure, own["bin_s"].iloc[0] if len(own) else None).replace(" (", "\n("))
+        bin_s = own["bin_s"].iloc[0] if len(own) else None
+        panel.set_title(words.measure(measure, bin_s).replace(" (", "\n("))
         panel.set_xlabel(arrow, color=style.FAINT)
         panel.grid(axis="x")
         panel.spines["left"].set_visible(False)
@@ -205,12 +207,10 @@ def _comparison(systems: Systems, system: str, other: str) -> str:
     return f"{one}  −  {two.replace(one + ': ', 'with ')}"
 
 
-def _difference(axes: Axes, own: pd.DataFrame, place: int, measure: str) -> None:
-    if len(own) == 0 or own["difference"].isna().all():
-        return
-    row = own.iloc[0]
-    decided = bool(row["low"] > 0 or row["high"] < 0)
-    good = (row["difference"] > 0) == (words.MEASURES[measure].better == "more")
-    colour = style.FAINT if not decided else style.BLUE if good else style.VERMILLION
-    axes.plot([row["low"], row["high"]], [place, place], color=colour, lw=1.6, solid_capstyle="butt")
-    axes.plot(row["difference"], place, marker="o", ms=4.8, color=colour, mfc=colour if decided else style.PAPER)
+def _differences(axes: Axes, own: pd.DataFrame, places: list[int], measure: str) -> None:
+    decided = (own["low"] > 0) | (own["high"] < 0)
+    good = (own["difference"] > 0) == (words.MEASURES[measure].better == "more")
+    colours = np.where(~decided, style.FAINT, np.where(good, style.BLUE, style.VERMILLION))
+    axes.hlines(places, own["low"], own["high"], colors=colours.tolist(), lw=1.6)
+    inside = np.where(decided, colours, style.PAPER)
+    axes.scatter(own["difference"], places, s=24, facecolors=inside.tolist(), edgecolors=colours.tolist(), zorder=3)

@@ -85,8 +85,8 @@ def _mirror(axes: Axes, table: pd.DataFrame, system: str, label: str, colour: st
     of_label = table[table["gesture"] == label]
     for sequence, sign, shade in ((system, 1, 1.0), ("actual", -1, 0.45)):
         own = of_label[of_label["sequence"] == sequence]
-        width = own["high_s"] - own["low_s"]
-        axes.bar(own["low_s"], sign * own["probability"], width, align="edge", color=colour, alpha=shade, lw=0)
+        edges = np.append(own["low_s"], own["high_s"].iloc[-1])
+        axes.stairs(sign * own["probability"], edges, fill=True, color=colour, alpha=shade, lw=0)
         count = int(own["phrases"].sum())
         name = "synthesised" if sign > 0 else "actual"
         axes.annotate(

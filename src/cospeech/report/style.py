@@ -88,6 +88,8 @@ def ticks_off(axes: Axes, which: Literal["x", "y", "both"] = "both") -> None:
 def save(drawn: Figure, svg: str, png: str) -> None:
     """Write a figure as SVG (text as outlines, no ground) and as PNG (on white), without a date in them."""
     plt.rcParams.update(_RC)  # type: ignore[arg-type]
+    drawn.draw_without_rendering()  # lay it out once, not for each format
+    drawn.set_layout_engine("none")
     with tables.replacing(svg) as temporary:
         drawn.savefig(temporary, format="svg", metadata={"Date": None, "Creator": None})
     with tables.replacing(png) as temporary:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -85,16 +86,20 @@ def _speech(axes: Axes, prosody: pd.DataFrame, voiced_gain: float) -> None:
 
 def _strip(axes: Axes, table: pd.DataFrame, name: str, colours: dict[str, str], low: float, high: float) -> None:
     shown = table[(table["end_s"] > low) & (table["start_s"] < high)]
-    for place, (start, end, label) in enumerate(shown[["start_s", "end_s", "label"]].itertuples(index=False)):
-        start, end = max(start, low), min(end, high)
-        known = label in colours
-        colour = colours[label] if known else style.FAINT
-        shade = 1.0 if known else 0.25 + 0.2 * (place % 2)
-        axes.barh(0, end - start, left=start, height=0.86, color=colour, alpha=shade, lw=0)
-        if not known and end - start > 0.012 * (high - low):
-            axes.text((start + end) / 2, 0, label.removeprefix("p"), ha="center", va="center_baseline", fontsize=6.5)
-        elif known and place:
-            axes.axvline(start, color=style.PAPER, lw=0.8)
+    start, end = shown["start_s"].clip(lower=low).to_numpy(), shown["end_s"].clip(upper=high).to_numpy()
+    labels = shown["label"].to_numpy(dtype=object)
+    known = labels[0] in colours
+    spans = list(zip(start, end - start, strict=True))
+    if known:
+        axes.broken_barh(spans, (-0.43, 0.86), facecolors=[colours[label] for label in labels], lw=0)
+        axes.vlines(start[1:], -0.43, 0.43, color=style.PAPER, lw=0.8)
+    else:
+        shades = [(*to_rgb(style.FAINT), 0.25 + 0.2 * (place % 2)) for place in range(len(labels))]
+        axes.broken_barh(spans, (-0.43, 0.86), facecolors=shades, lw=0)
+        for left, width, label in zip(start, end - start, labels, strict=True):
+            if width > 0.012 * (high - low):
+                number = str(label).removeprefix("p")
+                axes.text(left + width / 2, 0, number, ha="center", va="center_baseline", fontsize=6.5)
     axes.set(ylim=(-0.5, 0.5), yticks=[0])
     axes.set_yticklabels([name])
     for side in axes.spines.values():

@@ -1,0 +1,116 @@
+"""Findings claim no more than their intervals allow."""
+
+import numpy as np
+import pandas as pd
+import plausible
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech.report import findings
+
+NAMES = ("hsmm", "shuffled", "shifted", "majority", "another")
+SYSTEMS = {name: plausible.SYSTEMS[name] for name in NAMES}
+
+
+def score(system, measure, value, bin_s=np.nan, part="interior"):
+    return {
+        "system": system, "clusters": 8, "states": 3, "actor": "all", "measure": measure, "part": part, "bin_s": bin_s,
+        "value": value, "low": value - 0.1, "high": value + 0.1, "n": 8, "n_undefined": 0, "n_records": 8,
+    }  # fmt: skip
+
+
+def difference(other, measure, low, high):
+    return {
+        "system": "hsmm", "other": other, "actor": "all", "measure": measure, "part": "interior", "bin_s": np.nan,
+        "difference": (low + high) / 2, "low": low, "high": high, "n": 8, "better": None,
+    }  # fmt: skip
+
+
+SCORES = pd.DataFrame(
+    [
+        score("hsmm", "kappa", 0.3),
+        score("another", "S", 0.1, 0.025, "whole"),
+        score("another", "S", 0.7, 0.5, "whole"),
+        score("hsmm", "D", 0.5, part="whole"),
+        score("majority", "D", 0.0, part="whole"),
+        score("majority", "phrase_ratio", 0.05, part="whole"),
+    ]
+)
+
+
+def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
+    rows = []
+    for control, (low, high), (near, far) in zip(("shuffled", "shifted"), kappa, distance, strict=True):
+        rows += [difference(control, "kappa", low, high), difference(control, "D", near, far)]
+    return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS)[0]
+
+
+@pytest.mark.parametrize(
+    ("kappa", "claim"),
+    [
+        (
+            ((0.1, 0.3), (0.2, 0.4)),
+            "picks gestures better than the same decoder hearing another record's speech or its own",
+        ),
+        (((0.1, 0.3), (-0.1, 0.2)), "but cannot be told from it hearing its own speech, shifted"),
+        (((-0.1, 0.3), (0.0, 0.2)), "cannot be told from the same decoder hearing the wrong speech"),
+        (((-0.3, -0.1), (0.1, 0.2)), "picks gestures worse than the same decoder hearing another record's speech"),
+    ],
+)
+def test_claims_follow_the_intervals(kappa, claim):
+    assert claim in first(kappa).claim
+
+
+def test_boundaries_are_better_where_distances_are_smaller():
+    good, bad, open_ = (-0.3, -0.1), (0.1, 0.3), (-0.1, 0.3)
+    clear = ((0.1, 0.3), (0.1, 0.3))
+    assert "Its boundaries lie closer" in first(clear, (good, good)).claim
+    assert "is not decided" in first(clear, (good, open_)).claim
+    assert "lie further" in first(clear, (good, bad)).claim
+
+
+ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0], pair[0] + pair[1]))
+
+
+@given(ENDS, ENDS, ENDS, ENDS)
+@settings(max_examples=40)
+def test_better_is_never_said_of_an_interval_with_zero(one, two, near, far):
+    claim = first((one, two), (near, far)).claim
+    named = {"another record's speech": one, "its own speech, shifted": two}
+    told = claim.split("but cannot")[0]
+    for heard, (low, high) in named.items():
+        if "better than" in told and heard in told:
+            assert low > 0
+        if "worse than" in told and heard in told:
+            assert high < 0
+    if "lie closer to the actual ones" in claim:
+        assert near[1] < 0
+        assert far[1] < 0
+
+
+def test_silence_is_called_what_it_is():
+    found = findings.findings(SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS)
+    claims = " ".join(finding.claim for finding in found)
+    assert "D alone rewards silence: the least D belongs to the control “Most frequent label”." in claims
+    assert "Two real records of one actor reach S = 0.10" in claims
+    assert "resolves differences of about 0.10 kappa" in claims
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.523, "0.52"), (-0.5, "−0.50"), (0.004, "0.004"), (0.0, "0.00"), (-0.0, "0.00"), (float("nan"), "–")],
+)
+def test_numbers(value, text):
+    assert findings.number(value) == text
+
+
+def test_the_made_up_run_has_all_its_findings(virtual_page):
+    for claim in (
+        "HSMM as printed",
+        "D alone",
+        "This corpus resolves",
+        "Gesture phrases were found as planted",
+        "The speeds",
+    ):
+        assert f"<strong>{claim}" in virtual_page
