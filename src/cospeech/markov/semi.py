@@ -252,8 +252,8 @@ def decode(
 
     Notes
     -----
-    Among equal paths the one with the shortest last phrase wins, then with the state that the model names first,
-    and so on towards the beginning.
+    Equal paths are told apart from the end: the last phrase's state that the model names first wins, then the shortest
+    last phrase, and so on towards the beginning.
     """
     logs = _logs(model, observations, weight, censoring)
     n_states, n_bins = logs.durations.shape

@@ -22,10 +22,12 @@ Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
 
 BLOCK = 8
-STRAY = (
-    200.0  # how far an offer may lie from the reference before that moves: exp(200) is far from the largest number
-)
+
+STRAY = 200.0
+"""How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
+
 SMALLEST, LARGEST = 1e-200, 1e200
+"""Range of a sum in which no part that matters can have been lost."""
 
 
 @numba.njit(cache=True)
@@ -116,7 +118,7 @@ def trace_back(
     """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
     No back pointers are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
-    Among equals the shortest duration and the first state win.
+    Among equals the first state wins, then the shortest duration.
 
     Parameters
     ----------
