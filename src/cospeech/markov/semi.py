@@ -252,7 +252,7 @@ def decode(
 
     Notes
     -----
-    Equal paths are told apart from the end: the last phrase's state that the model names first wins, then the shortest
+    Equal paths are told apart from the end: the last state that the model names first wins, then the shortest
     last phrase, and so on towards the beginning.
     """
     logs = _logs(model, observations, weight, censoring)
