@@ -181,8 +181,8 @@ def test_a_plan_glides_between_phrases_and_never_into_a_pause():
     plan = melody.plan(prosody, 100.0)
     assert np.isnan(plan.pitch_hz[2000:]).all()
     assert np.isfinite(plan.pitch_hz[:2000]).all()
-    assert plan.pitch_hz[500] == pytest.approx(100 * 2 ** (-4.5 / 12))
-    assert plan.pitch_hz[1999] == pytest.approx(100 * 2 ** (4.5 / 12))
+    assert plan.pitch_hz[500] == pytest.approx(100 * 2 ** (-4.5 / 12), rel=1e-3)
+    assert plan.pitch_hz[1999] == pytest.approx(100 * 2 ** (4.0 / 12), rel=1e-3)
     assert (
         np.abs(np.diff(12 * np.log2(plan.pitch_hz[:2000]))).max() < 9 / 18
     )  # nine semitones in 40 ms, at most twice

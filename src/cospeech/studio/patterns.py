@@ -32,8 +32,8 @@ class Pattern:
 
 PATTERNS = (
     Pattern("p1", "pause"),
-    Pattern("p2", "low level", (-4.5, -4.5), (0.0, 0.0)),
-    Pattern("p3", "high level", (4.5, 4.5), (-1.0, -1.0)),
+    Pattern("p2", "low level", (-4.0, -5.0), (0.5, -0.5)),
+    Pattern("p3", "high level", (5.0, 4.0), (-0.5, -1.5)),
     Pattern("p4", "soft rise", (-1.0, 1.0, 7.0), (-9.0, -8.0, -6.0)),
     Pattern("p5", "strong fall", (6.0, 1.0, -5.0), (6.0, 5.0, 2.0)),
     Pattern("p6", "rise-fall", (-4.0, 5.0, -4.0), (-3.0, 1.0, -3.0)),

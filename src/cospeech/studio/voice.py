@@ -44,8 +44,8 @@ VOICE_RANGE_HZ = (55.0, 450.0)
 WORD_TIER = 3
 """Sentence, clause, word, phoneme: the tiers that Praat's synthesiser hands out."""
 PITCH_STEP_S = 0.005
-QUIETEST = 1e-7
-"""Least power of speech that is brought up: what is softer, the closure of a stop, stays soft."""
+DEEPEST_DB = 10.0
+"""How far below its stretch's mean speech is still brought up; what is softer, the closure of a stop, stays soft."""
 EDGE_S = 0.015
 SYLLABLE_S = 0.1
 
@@ -217,7 +217,8 @@ def _with_intensity(spoken: Floats, intensity_db: Floats) -> Floats:
     """Return the speech with its slow level, that of a syllable, brought to the planted one, and soft edges."""
     width = round(SYLLABLE_S * RATE_HZ)
     power = _running_mean(_running_mean(spoken**2, width // 2), width // 2)
-    own_db = 10.0 * np.log10(np.maximum(power, QUIETEST))
+    softest = 10.0 ** (-DEEPEST_DB / 10.0) * power.mean() + 1e-12  # the words may be shorter than their room
+    own_db = 10.0 * np.log10(np.maximum(power, softest))
     place = np.arange(len(spoken))
     edge = np.clip((np.minimum(place, place[::-1]) + 1) / (EDGE_S * RATE_HZ), 0.0, 1.0)
     return spoken * 10.0 ** ((intensity_db - own_db) / 20.0) * (0.5 - 0.5 * np.cos(np.pi * edge))
