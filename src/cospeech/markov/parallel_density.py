@@ -84,11 +84,12 @@ def copy(source: Float, target: Float) -> None:
 @numba.njit(cache=True)
 def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
     """Fill ``block`` (D, BLOCK) with frames from ``start`` less ``pivot``, 0 after the last; return how many."""
-    n = min(BLOCK, len(frames) - start)
-    for d in range(frames.shape[1]):
-        for k in range(n):
-            block[d, k] = frames[start + k, d] - pivot[d]
-        block[d, n:] = 0.0
+    part = frames[start : start + BLOCK]
+    n, n_features = part.shape
+    for k in range(n):
+        for d in range(n_features):
+            block[d, k] = part[k, d] - pivot[d]
+    block[:n_features, n:] = 0.0
     return n
 
 
