@@ -14,10 +14,9 @@ SYSTEMS = {name: plausible.SYSTEMS[name] for name in NAMES}
 
 
 def score(system, measure, value, bin_s=np.nan, part="interior"):
-    return {
-        "system": system, "clusters": 8, "states": 3, "actor": "all", "measure": measure, "part": part,
-        "bin_s": bin_s, "value": value, "low": value - 0.1, "high": value + 0.1, "n": 8, "n_undefined": 0, "n_records": 8,
-    }  # fmt: skip
+    origin = {"system": system, "clusters": 8, "states": 3, "actor": "all", "measure": measure, "part": part}
+    found = {"bin_s": bin_s, "value": value, "low": value - 0.1, "high": value + 0.1}
+    return origin | found | {"n": 8, "n_undefined": 0, "n_records": 8}
 
 
 def difference(other, measure, low, high):
