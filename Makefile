@@ -24,7 +24,7 @@ verify: .venv/report.stamp
 	$(BIN)/snakemake verify --configfile $(CONFIG) --cores $(CORES)
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

@@ -1,7 +1,6 @@
 """A made-up run: plausible tables in their places, and the report's own scripts run over them."""
 
 import types
-from pathlib import Path
 
 import av
 import numpy as np
@@ -13,7 +12,7 @@ from PIL import Image
 from cospeech import job, tables
 from cospeech.evaluation import motion, recovery, sessions
 
-ROOT = Path(__file__).parents[2]
+ROOT = plausible.ROOT
 MAIN = "clusters~8/states~3"
 PICTURED = ["hsmm", "hsmm_weighted"]
 STRIPS = [*PICTURED, "hsmm_weighted_shifted", "random"]

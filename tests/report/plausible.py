@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
 from cospeech import segments, skeleton
 from cospeech.evaluation import scores, sessions
 from cospeech.synthesis import systems
+
+ROOT = Path(__file__).parents[2]
 
 ACTORS = {f"{actor}_{k}": actor for actor in ("ada", "deniz") for k in range(1, 5)}
 GESTURES = segments.GESTURES

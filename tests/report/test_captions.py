@@ -5,7 +5,7 @@ import re
 import warnings
 
 import pytest
-from conftest import ROOT
+from plausible import ROOT
 
 from cospeech.report import captions
 

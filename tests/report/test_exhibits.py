@@ -5,7 +5,7 @@ import pandas as pd
 import plausible
 import pytest
 import yaml
-from conftest import ROOT
+from plausible import ROOT
 
 from cospeech import segments
 from cospeech.errors import UserError

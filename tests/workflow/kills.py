@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from conftest import Project, differing
+from project import Project, differing
 
 LEAST_S = 2.0
 """A driver needs about this long to plan; earlier kills find no work."""

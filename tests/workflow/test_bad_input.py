@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import soundfile
 import yaml
-from conftest import ROOT, Project
+from project import ROOT, Project
 
 from cospeech import tables, verify
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 GOOD = ("good_1", "good_2", "stereo_8_khz")
 

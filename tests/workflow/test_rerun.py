@@ -6,9 +6,9 @@ import subprocess
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from conftest import ROOT, Project, differing
+from project import ROOT, Project, differing
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
 @pytest.fixture
@@ -40,11 +40,20 @@ def test_a_copy_of_the_program_elsewhere_has_nothing_to_do(edited):
         (
             "speech/prosody.py",
             {"prosody", "prosody_clusters", "sweep_clusters", "hsmm", "motion", "record_scores", "page"},
-            {"studio_script", "studio_take", "record", "records", "gesture_model", "gesture_fold", "gesture_phrases"},
+            {
+                "studio_script",
+                "studio_take",
+                "record",
+                "records",
+                "gesture_model",
+                "gesture_fold",
+                "gesture_phrases",
+                "examples",
+            },
         ),
         (
             "phrases/gesture.py",
-            {"gesture_model", "gesture_fold", "gesture_phrases", "hsmm", "random", "record_scores", "page"},
+            {"gesture_model", "gesture_fold", "gesture_phrases", "hsmm", "controls", "record_scores", "page"},
             {"studio_take", "record", "prosody", "prosody_clusters", "sweep_clusters"},
         ),
         (
@@ -54,8 +63,8 @@ def test_a_copy_of_the_program_elsewhere_has_nothing_to_do(edited):
         ),
         (
             "animation/smoothing.py",
-            {"motion"},
-            {"hsmm", "random", "record_scores", "session_scores", "leaderboard", "prosody"},
+            {"motion", "smoothing", "comparison", "motion_statistics", "page"},
+            {"hsmm", "controls", "record_scores", "session_scores", "leaderboard", "prosody"},
         ),
     ],
 )

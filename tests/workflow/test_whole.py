@@ -2,12 +2,12 @@
 
 import pyarrow.parquet as pq
 import pytest
-from conftest import Project, differing
 from kills import kill_and_resume
+from project import Project, differing
 
 from cospeech import verify
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
 def test_everything_that_was_made_is_whole(finished):
