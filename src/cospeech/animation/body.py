@@ -27,6 +27,7 @@ class Part:
     and half the depth, and the middle in width and depth, in metres. Width is x; depth is z, or y where the axis is
     z. ``joints`` are those that the part spans and ``bends`` the places along the axis where one hands over to the
     next, over ``blend`` to either side. ``square`` is the exponent of the outline: 2 an ellipse, more a rounder box.
+    ``sides`` is the number of vertices around it in the coarsest surface.
     """
 
     paint: str
@@ -36,6 +37,7 @@ class Part:
     bends: tuple[float, ...] = ()
     blend: float = 0.05
     square: float = 2.0
+    sides: int = 9
 
 
 class Mesh(NamedTuple):
@@ -63,7 +65,7 @@ MIDDLE = (
             (1.400, 0.172, 0.102, 0, -0.018), (1.440, 0.146, 0.083, 0, -0.022), (1.465, 0.100, 0.069, 0, -0.024),
             (1.482, 0.062, 0.056, 0, -0.022), (1.486, 0.010, 0.010, 0, -0.022),
         ),
-        ("hips", "spine", "chest"), (1.06, 1.21), 0.07, 2.5,
+        ("hips", "spine", "chest"), (1.06, 1.21), 0.07, 2.5, 12,
     ),
     Part(
         "trousers", "y",
@@ -72,7 +74,7 @@ MIDDLE = (
             (0.880, 0.156, 0.107, 0, -0.008), (0.930, 0.157, 0.107, 0, -0.007), (0.970, 0.150, 0.100, 0, -0.005),
             (0.980, 0.010, 0.010, 0, -0.005),
         ),
-        ("hips",), square=2.4,
+        ("hips",), square=2.4, sides=12,
     ),
     Part(
         "skin", "y",
@@ -90,7 +92,7 @@ MIDDLE = (
             (1.700, 0.071, 0.091, 0, 0.002), (1.730, 0.058, 0.073, 0, -0.001), (1.750, 0.037, 0.046, 0, -0.003),
             (1.757, 0.008, 0.010, 0, -0.003),
         ),
-        ("head",), square=2.2,
+        ("head",), square=2.2, sides=11,
     ),
     Part(
         "skin", "y",
@@ -98,7 +100,7 @@ MIDDLE = (
             (1.586, 0.004, 0.004, 0, 0.098), (1.590, 0.014, 0.014, 0, 0.103), (1.602, 0.016, 0.017, 0, 0.105),
             (1.625, 0.011, 0.014, 0, 0.101), (1.645, 0.008, 0.009, 0, 0.097), (1.650, 0.002, 0.002, 0, 0.095),
         ),
-        ("head",),
+        ("head",), sides=6,
     ),
     Part(
         "hair", "y",
@@ -107,7 +109,7 @@ MIDDLE = (
             (1.655, 0.080, 0.072, 0, -0.030), (1.700, 0.079, 0.091, 0, -0.009), (1.735, 0.067, 0.085, 0, -0.004),
             (1.760, 0.045, 0.058, 0, -0.006), (1.772, 0.020, 0.026, 0, -0.008), (1.774, 0.004, 0.006, 0, -0.008),
         ),
-        ("head",), square=2.2,
+        ("head",), square=2.2, sides=11,
     ),
 )  # fmt: skip
 
@@ -145,7 +147,7 @@ LEFT = (
             (0.752, 0.010, 0.011, 0.163, 0.050), (0.742, 0.006, 0.006, 0.161, 0.052),
             (0.740, 0.001, 0.001, 0.161, 0.052),
         ),
-        ("left_hand",),
+        ("left_hand",), sides=6,
     ),
     Part(
         "trousers", "y",
@@ -213,7 +215,7 @@ def _loft(part: Part, detail: int, mirrored: bool) -> Mesh:
     table = np.array(part.rings)
     steps = np.linspace(0, len(table) - 1, (len(table) - 1) * detail + 1)
     along, width, depth, middle_width, middle_depth = PchipInterpolator(np.arange(len(table)), table)(steps).T
-    around = 6 + 4 * detail
+    around = part.sides * (1 + detail) // 2
     turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
     outline_width = np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / part.square)
     outline_depth = np.sign(np.sin(turn)) * np.abs(np.sin(turn)) ** (2 / part.square)
