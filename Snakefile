@@ -78,12 +78,12 @@ rule annotate:
 
 
 rule verify:
-    params:
-        results=RESULTS,
-        corpus=config["corpus"]["name"],
-        code=code("verify"),
     log:
         f"{RESULTS}/logs/verify.log",
+    params:
+        run=config["run"],
+        corpus=config["corpus"]["name"],
+        code=code("verify"),
     message:
         "reading every artifact of the run again"
     script:

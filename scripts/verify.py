@@ -6,7 +6,7 @@ from cospeech import job, verify
 from cospeech.errors import UserError
 
 with job.run(snakemake) as work:
-    folder = Path(work.params["results"])
+    folder = Path("results", work.params["run"])
     found = verify.problems(folder)
     if found:
         raise UserError(f"{len(found)} damaged: {'; '.join(found)}")

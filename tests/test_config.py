@@ -148,9 +148,13 @@ def test_a_missing_sheet_is_named():
 
 def test_settings_of_the_sweep_leave_out_the_main_one():
     assert configuration.main_setting(DEMO).path == "clusters~8/states~3"
-    sweep = configuration.sweep_settings(DEMO)
-    assert len(sweep) == 7 * 4 - 1
-    assert configuration.main_setting(DEMO) not in sweep
+    lines = configuration.sweep_settings(DEMO)
+    assert [setting.clusters for setting in lines if setting.states == 3] == [4, 6, 10, 12, 14, 16]
+    assert [setting.states for setting in lines if setting.clusters == 8] == [5, 7, 9]
+    assert len(lines) == 9
+    full = configuration.sweep_settings(changed(sweep__grid="full"))
+    assert len(full) == 7 * 4 - 1
+    assert configuration.main_setting(DEMO) not in full
 
 
 def test_studio_records_point_to_raw_files():

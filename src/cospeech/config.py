@@ -162,10 +162,18 @@ def main_setting(config: Config) -> Setting:
 
 
 def sweep_settings(config: Config) -> list[Setting]:
-    """Return the further settings of the sweep, clusters x states without the main one."""
-    sweep = config["sweep"]
-    settings = [Setting(clusters, states) for clusters in sweep["clusters"] for states in sweep["states"]]
-    return [setting for setting in settings if setting != main_setting(config)]
+    """Return the further settings of the sweep, without the main one.
+
+    ``lines`` are the two of fig. 7.2 through the main setting (clusters at its states, states at its clusters);
+    ``full`` is every pair.
+    """
+    sweep, main = config["sweep"], main_setting(config)
+    if sweep["grid"] == "full":
+        settings = [Setting(clusters, states) for clusters in sweep["clusters"] for states in sweep["states"]]
+    else:
+        settings = [Setting(clusters, main.states) for clusters in sweep["clusters"]]
+        settings += [Setting(main.clusters, states) for states in sweep["states"]]
+    return [setting for setting in dict.fromkeys(settings) if setting != main]
 
 
 def _studio_records(config: Config, results: str) -> list[Record]:

@@ -4,10 +4,7 @@ SWEPT = ["hsmm", "hsmm_weighted"]
 
 # What is scored: every system at the main setting, the two that are swept at every other one.
 SCORED = [(system, MAIN, record) for system in SYSTEMS for record in RECORDS] + [
-    (system, setting, record)
-    for setting in SWEEP
-    for system in SWEPT
-    for record in RECORDS
+    (system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS
 ]
 
 
@@ -88,18 +85,13 @@ rule differences:
 if "motion" in BRINGS:
 
     # What is animated, where the corpus brings motion.
-    ANIMATED = [
-        (system, record)
-        for system in config["animation"]["systems"]
-        for record in RECORDS
-    ]
+    ANIMATED = [(system, record) for system in config["animation"]["systems"] for record in RECORDS]
 
     rule motion_statistics:
         input:
             original=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
             synthesised=[
-                f"{RESULTS}/synthesis/{system}/{MAIN.path}/{record}/motion.parquet"
-                for system, record in ANIMATED
+                f"{RESULTS}/synthesis/{system}/{MAIN.path}/{record}/motion.parquet" for system, record in ANIMATED
             ],
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
@@ -134,16 +126,12 @@ if VIRTUAL:
             prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
             transitions=f"{RESULTS}/corpus/truth/transitions.parquet",
             durations=f"{RESULTS}/corpus/truth/durations.parquet",
-            gestures=expand(
-                f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS
-            ),
+            gestures=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
             clusters=[
                 f"{RESULTS}/phrases/prosody/{setting.path}/fold~{fold}/segments.parquet"
                 for setting, fold in CLUSTERED
             ],
-            planted_prosody=[
-                f"{RESULTS}/corpus/truth/prosody~{record}.parquet" for record in HEARD
-            ],
+            planted_prosody=[f"{RESULTS}/corpus/truth/prosody~{record}.parquet" for record in HEARD],
             prosody=[f"{RESULTS}/speech/{record}/prosody.parquet" for record in HEARD],
         output:
             recovery=f"{RESULTS}/evaluation/recovery.parquet",
