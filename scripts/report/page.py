@@ -46,7 +46,7 @@ with job.run(snakemake) as work:
         "boards": {"heads": heads, "whole": whole, "interior": interior, "level": given["level_pct"]},
         "facts": facts.facts(config, records, statistics),
         "links": given["links"],
-        "results": given["results"],
+        "results": f"results/{given['run']}",
         "config_hash": job.settings_hash({"config": config}),
         "seed": config["seed"],
     }

@@ -218,7 +218,7 @@ def make_page(run, name, *, motion=True, planted=True, corpus=None):
         },
         filmed=filmed,
         video_links={record: f"../../results/made_up/animation/{record}/comparison.mp4" for record in filmed},
-        results="results/made_up",
+        run="made_up",
     )  # fmt: skip
     return output.read_text(encoding="utf-8")
 

@@ -450,7 +450,7 @@ rule page:
         },
         filmed=FILMED,
         video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in FILMED},
-        results=RESULTS,
+        run=config["run"],
         corpus=config["corpus"]["name"],
         code=code("report/page"),
     message:
