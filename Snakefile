@@ -25,6 +25,9 @@ VIRTUAL = config["corpus"]["source"] == "studio"
 
 try:
     configuration.check(config)
+    ordered = configuration.in_order(config)
+    config.clear()
+    config.update(ordered)
     RECORDS = configuration.records(config, RESULTS)
     BRINGS = configuration.brings(RECORDS)
 except UserError as error:

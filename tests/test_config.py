@@ -73,6 +73,12 @@ def test_mistakes_are_named_in_one_line(config, complaint):
     assert "\n" not in str(caught.value)
 
 
+def test_the_order_of_keys_does_not_matter():
+    turned = dict(reversed(DEMO.items())) | {"phrases": dict(reversed(DEMO["phrases"].items()))}
+    assert str(configuration.in_order(turned)) == str(configuration.in_order(DEMO))
+    assert configuration.in_order(DEMO) == DEMO
+
+
 def recorded(records):
     return changed(corpus__source="recorded", corpus__name="mine", corpus__records=records)
 

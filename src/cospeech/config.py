@@ -38,6 +38,11 @@ class Setting(NamedTuple):
         return f"clusters~{self.clusters}/states~{self.states}"
 
 
+def in_order(config: Config) -> Config:
+    """Return the configuration with its keys sorted at every level: how a file orders them must not rerun a job."""
+    return {key: in_order(value) if isinstance(value, dict) else value for key, value in sorted(config.items())}
+
+
 def check(config: Config) -> None:
     """Raise UserError, one line, unless the configuration has the right keys, types and possible values."""
     # Heavy and needed once: the schema language is imported where it is used.

@@ -47,10 +47,10 @@ class Project:
 
     def planned(self, *arguments: str, **options: object) -> set[str]:
         """Return the names of the rules that a dry run would run."""
-        said = self.make("--dry-run", "--quiet", "reason", *arguments, **options)
-        lines = said.partition("Job stats:")[2].splitlines()
-        counts = [line.split() for line in lines if line.strip()]
-        return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()} - {"total", "all"}
+        said = self.make("--dry-run", *arguments, **options)
+        stats = said.partition("Job stats:")[2].partition("\ntotal ")[0]
+        counts = [line.split() for line in stats.splitlines()]
+        return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()} - {"all"}
 
     def artifacts(self) -> dict[str, bytes]:
         """Return the bytes of every table, figure, body and film that the run made, by path."""
