@@ -170,10 +170,10 @@ def test_nothing_of_the_held_out_record_reaches_its_model(finished, tmp_path):
         assert left.equals(right), path
 
 
-def test_corrected_annotations_come_back_and_only_their_dependents_run(finished, tmp_path):
+def test_corrected_annotations_come_back_and_only_their_dependents_run(finished, copy, tmp_path):
     """Export to ELAN and Praat, correct a label there, import both, and run again."""
-    finished.make("annotate")
-    exported = finished.folder / "results/test/annotations"
+    copy.make("annotate")
+    exported = copy.folder / "results/test/annotations"
     corrected = tmp_path / "ada_1.eaf"
     shutil.copy(exported / "ada_1.eaf", corrected)
     records = {
