@@ -24,7 +24,6 @@ class Project:
         return [
             *(sys.executable, "-m", "snakemake", *arguments),
             *("--snakefile", str(self.program / "Snakefile"), "--directory", str(self.folder)),
-            *("--workflow-profile", str(self.program / "workflow" / "profiles" / "default")),
             *("--configfile", str(config), "--cores", str(cores)),
         ]
 

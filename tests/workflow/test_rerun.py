@@ -21,8 +21,8 @@ def edited(copy, tmp_path):
     ).stdout  # fmt: skip
     for name in filter(None, listed.split("\0")):
         (program / name).parent.mkdir(parents=True, exist_ok=True)
-        if (ROOT / name).is_file():
-            shutil.copy2(ROOT / name, program / name)
+        if (ROOT / name).exists():
+            shutil.copy2(ROOT / name, program / name, follow_symlinks=False)
     return Project(copy.folder, program)
 
 
