@@ -51,7 +51,7 @@ bench: .venv/test.stamp
 
 # Locks the newest versions that fit pyproject.toml, for Python 3.11 and newer (needs uv).
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra test pyproject.toml -o requirements-test.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra test --extra slurm pyproject.toml -o requirements-test.lock
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:
