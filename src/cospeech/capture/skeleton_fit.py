@@ -1,0 +1,41 @@
+"""From solved poses to the motion table: what the markers tell goes into joint angles, the rest stays at zero.
+
+The trunk is seen as one: thorax markers cannot say how hips, spine and chest share its rotation, so all of it stands
+at the chest, with hips and spine at zero. Likewise the head's rotation relative to the chest stands at the head, with
+the neck at zero. The displacement of the root is that of the chest from its place in the static pose, in metres of
+the subject, so that the body of ``skeleton.BODY`` moves as far as the subject did, whatever the subject's size.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech import skeleton
+from cospeech.capture.body_model import NAMES, BodyModel
+from cospeech.capture.inverse_kinematics import Poses
+
+Floats = npt.NDArray[np.float64]
+
+
+def motion(model: BodyModel, poses: Poses, fps: float) -> pd.DataFrame:
+    """Return the motion table of solved ``poses`` of ``model``."""
+    world = {name: poses.turns[:, index] for index, name in enumerate(NAMES)}
+    turned = np.tile(np.eye(3), (len(poses.turns), len(skeleton.JOINTS), 1, 1))
+
+    def relate(joint: str, part: str, to: str | None) -> None:
+        turned[:, skeleton.JOINTS.index(joint)] = (
+            world[part] if to is None else np.swapaxes(world[to], 1, 2) @ world[part]
+        )
+
+    relate("chest", "thorax", None)
+    relate("head", "head", "thorax")
+    for side in ("left", "right"):
+        relate(f"{side}_arm", f"{side}_arm", "thorax")
+        relate(f"{side}_forearm", f"{side}_forearm", f"{side}_arm")
+        relate(f"{side}_thigh", f"{side}_thigh", "hips")
+        relate(f"{side}_shin", f"{side}_shin", f"{side}_thigh")
+    thorax = NAMES.index("thorax")
+    root = poses.places_m[:, thorax] - model.offsets_m[thorax]
+    return skeleton.motion_table(root, skeleton.unwrap(skeleton.euler(turned)), fps)

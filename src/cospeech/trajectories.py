@@ -1,0 +1,48 @@
+"""Markers in the world as an array, (T, M, 3) with NaN where a marker is lost, and as a ``markers_3d`` table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.segments import frame_times
+
+Floats = npt.NDArray[np.float64]
+
+AXES = ["x_m", "y_m", "z_m"]
+
+
+def frame_rate(table: pd.DataFrame) -> float:
+    """Return the frames a second of a ``markers_3d`` table, from its first row."""
+    frame, time_s = table[["frame", "time_s"]].iloc[0].to_numpy(dtype=float)
+    return round((frame + 0.5) / time_s, 6)
+
+
+def to_array(table: pd.DataFrame, names: Sequence[str]) -> Floats:
+    """Return the places (T, M, 3) in metres of the markers ``names``, NaN where a table has no row or no place."""
+    known = table[table["marker"].isin(list(names))]
+    places = np.full((int(table["frame"].max()) + 1, len(names), 3), np.nan)
+    which = known["marker"].map({name: index for index, name in enumerate(names)}).to_numpy(dtype=int)
+    places[known["frame"].to_numpy(), which] = known[AXES].to_numpy(dtype=float)
+    return places
+
+
+def to_table(places_m: Floats, names: Sequence[str], fps: float) -> pd.DataFrame:
+    """Return the ``markers_3d`` table of places (T, M, 3) in metres that another system measured; NaN is lost."""
+    n_frames, n_markers = places_m.shape[:2]
+    flat = places_m.reshape(-1, 3)
+    lost = np.any(np.isnan(flat), axis=1)
+    frames = np.repeat(np.arange(n_frames), n_markers)
+    columns = {
+        "frame": frames,
+        "time_s": frame_times(n_frames, fps)[frames],
+        "marker": list(names) * n_frames,
+        **dict(zip(AXES, np.where(lost[:, None], np.nan, flat).T, strict=True)),
+        "n_views": pd.array([pd.NA] * len(flat), dtype="Int64"),
+        "residual_px": np.full(len(flat), np.nan),
+        "status": np.where(lost, "lost", "seen"),
+    }
+    return pd.DataFrame(columns)
