@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,23 @@ from cospeech.segments import frame_times
 Floats = npt.NDArray[np.float64]
 
 AXES = ["x_m", "y_m", "z_m"]
+
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Metres in the units that marker files name."""
+
+
+class Trajectories(NamedTuple):
+    """Markers as a file holds them: names (M,), places (T, M, 3) in metres, NaN where lost, and frames a second."""
+
+    names: tuple[str, ...]
+    places_m: Floats
+    fps: float
+
+
+def without_zeros(places_m: Floats) -> Floats:
+    """Return places (T, M, 3) with NaN for what is lost: a coordinate missing, or all three exactly zero."""
+    lost = np.any(np.isnan(places_m), axis=2) | np.all(places_m == 0.0, axis=2)
+    return np.where(lost[:, :, None], np.nan, places_m)
 
 
 def frame_rate(table: pd.DataFrame) -> float:
