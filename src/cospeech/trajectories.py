@@ -48,6 +48,11 @@ def to_array(table: pd.DataFrame, names: Sequence[str]) -> Floats:
     return places
 
 
+def from_table(table: pd.DataFrame, names: Sequence[str]) -> Trajectories:
+    """Return the trajectories of the markers ``names`` in a ``markers_3d`` table."""
+    return Trajectories(tuple(names), to_array(table, names), frame_rate(table))
+
+
 def to_table(places_m: Floats, names: Sequence[str], fps: float) -> pd.DataFrame:
     """Return the ``markers_3d`` table of places (T, M, 3) in metres that another system measured; NaN is lost."""
     n_frames, n_markers = places_m.shape[:2]

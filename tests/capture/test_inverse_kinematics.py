@@ -159,8 +159,10 @@ def test_missing_markers_hold_the_pose_and_spoil_nothing_else(model, moved, fitt
     assert found.loc[100:109, "left_forearm_x_deg"].sub(before).abs().max() < 5
 
 
-def test_locked_angles_are_zero_and_the_others_move(fitted):
-    table = observability()
+def test_locked_angles_are_zero_and_the_others_move(model, moved, fitted):
+    seen = subject.marked(moved, NOISE_M, 8)
+    seen[:300, markers.NAMES.index("right_hand")] = np.nan
+    table = observability(model.marker_places_m, seen, fitted)
     tables.validate(table, "observability", "x")
     assert len(table) == 3 * len(JOINTS)
     assert (table.loc[table["joint"].str.endswith("arm"), "state"].value_counts()).to_dict() == {
@@ -169,3 +171,8 @@ def test_locked_angles_are_zero_and_the_others_move(fitted):
     for row in table.itertuples():
         spread = fitted[f"{row.joint}_{row.axis}_deg"].abs().max()
         assert spread < 1e-9 if row.state == "locked" else spread > 0.1
+    share = table.set_index(["joint", "axis"])["share"]
+    assert share["chest", "y"] == share["left_forearm", "x"] == share["right_arm", "x"] == 1
+    assert share["right_forearm", "x"] == 0.75
+    assert share["left_arm", "y"] == (fitted["left_forearm_x_deg"] < -30).mean()
+    assert share["left_hand", "x"] == 0

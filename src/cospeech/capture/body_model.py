@@ -19,6 +19,7 @@ import numpy.typing as npt
 from cospeech import markers, skeleton
 from cospeech.capture.joint_centres import align, shoulder
 from cospeech.capture.static_pose import static_pose
+from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -63,6 +64,9 @@ TOLERANCES_M: Floats = np.array(
 THORAX = tuple(index for index, marker in enumerate(markers.MARKERS) if marker.joint == "chest")
 HEAD = tuple(index for index, marker in enumerate(markers.MARKERS) if marker.joint == "head")
 
+SPARE = tuple(m.name for m in markers.MARKERS if m.joint == "chest" or m.name.endswith(("leg", "foot")))
+"""Markers that a subject may lack: legs and feet, and one of the four on the trunk."""
+
 
 @dataclass(frozen=True)
 class BodyModel:
@@ -71,7 +75,7 @@ class BodyModel:
     Attributes
     ----------
     offsets_m : (P, 3) place of each part's joint in its parent's frame; a free part's in the static pose.
-    marker_places_m : (M, 3) place of each marker in the frame of its part.
+    marker_places_m : (M, 3) place of each marker in the frame of its part; NaN for one that is not worn.
     shoulder_errors_m : standard error of the centre of the left and the right shoulder.
     """
 
@@ -92,8 +96,15 @@ def body_model(places_m: Floats, fps: float, static_s: float) -> BodyModel:
     ------
     UserError : where the static pose lacks a marker or is not still, or an arm moves too little.
     """
-    still = static_pose(places_m, markers.NAMES, fps, static_s)
-    thorax = align(still[list(THORAX)], places_m[:, list(THORAX)])
+    still = static_pose(places_m, markers.NAMES, fps, static_s, SPARE)
+    rigid = [index for index in THORAX if not np.isnan(still[index, 0])]
+    if len(rigid) < 3:
+        trunk = ", ".join(markers.NAMES[index] for index in THORAX)
+        raise UserError(
+            f"static pose: {len(rigid)} of the markers {trunk} are seen in the first {static_s:g} s of the "
+            "range-of-motion take, needed are three; begin the take with the static pose in view of the cameras"
+        )
+    thorax = align(still[rigid], places_m[:, rigid])
     at = dict(zip(markers.NAMES, still, strict=True))
     elbows = {side: places_m[:, markers.NAMES.index(f"{side}_elbow")] for side in ("left", "right")}
     shoulders = {side: shoulder(side, elbow, thorax) for side, elbow in elbows.items()}

@@ -75,6 +75,7 @@ class Poses(NamedTuple):
 def solve(model: BodyModel, seen_m: Floats) -> Poses:
     """Return the poses of ``model`` for markers ``seen_m`` (T, M, 3) in metres, NaN where lost."""
     weight = 1.0 / body_model.TOLERANCES_M
+    seen_m = np.where(np.isnan(model.marker_places_m), np.nan, seen_m)  # what is not worn is not seen
     turns, places, steps = _solve(
         model.offsets_m, model.marker_places_m, weight, np.ascontiguousarray(seen_m),
         PARENTS, KINDS, body_model.MARKER_PART, PART, AXIS, SLIDES, MOVES, PACE, ELBOWS,

@@ -8,15 +8,47 @@ the subject, so that the body of ``skeleton.BODY`` moves as far as the subject d
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
-from cospeech.capture.body_model import NAMES, BodyModel
-from cospeech.capture.inverse_kinematics import Poses
+from cospeech import markers, skeleton, trajectories
+from cospeech.capture.body_model import NAMES, BodyModel, body_model
+from cospeech.capture.inverse_kinematics import Poses, solve
+from cospeech.capture.observability import observability
 
 Floats = npt.NDArray[np.float64]
+
+
+class Fit(NamedTuple):
+    """A motion table, the table ``observability``, and one line on how well the body model explains the markers."""
+
+    motion: pd.DataFrame
+    observability: pd.DataFrame
+    line: str
+
+
+def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
+    """Return the joint angles of a record.
+
+    Parameters
+    ----------
+    take : ``markers_3d`` table of the actor's range-of-motion take, which begins with ``static_s`` of static pose.
+    record : ``markers_3d`` table of the record.
+
+    Raises
+    ------
+    UserError : where the take determines no body model.
+    """
+    model = body_model(trajectories.to_array(take, markers.NAMES), trajectories.frame_rate(take), static_s)
+    seen = trajectories.to_array(record, markers.NAMES)
+    poses = solve(model, seen)
+    moved = motion(model, poses, trajectories.frame_rate(record))
+    error, misfit = 1000.0 * max(model.shoulder_errors_m), 1000.0 * np.nanmedian(poses.misfit_m)
+    line = f"shoulders known to {error:.2f} mm, median misfit {misfit:.2f} mm, {poses.steps.mean():.1f} steps a frame"
+    return Fit(moved, observability(model.marker_places_m, seen, moved), line)
 
 
 def motion(model: BodyModel, poses: Poses, fps: float) -> pd.DataFrame:

@@ -1,0 +1,10 @@
+"""Markers and motion of one record for other programs: TRC, C3D and BVH."""
+
+from cospeech import bvh, c3d, job, markers, trajectories, trc
+
+with job.run(snakemake) as work:
+    table = work.read(work.input.markers, "markers_3d")
+    held = trajectories.from_table(table, markers.NAMES)
+    trc.write(held, work.output.trc)
+    c3d.write(held, work.output.c3d)
+    bvh.write(work.read(work.input.motion, "motion"), work.output.bvh)

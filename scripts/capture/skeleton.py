@@ -1,0 +1,12 @@
+"""Joint angles of one record from its markers, by the body model of its actor's range-of-motion take."""
+
+from cospeech import job
+from cospeech.capture import skeleton_fit
+
+with job.run(snakemake) as work:
+    take = work.read(work.input.take, "markers_3d")
+    record = work.read(work.input.markers, "markers_3d")
+    found = skeleton_fit.fit(take, record, work.params["static_s"])
+    work.write(found.motion, work.output.motion, "motion")
+    work.write(found.observability, work.output.observability, "observability")
+    work.say(f"{work.wildcards.record}: {found.line}")

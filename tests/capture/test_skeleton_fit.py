@@ -1,0 +1,47 @@
+"""From tables to tables: markers of our own tracker, or of another laboratory's file, become joint angles."""
+
+import numpy as np
+import subject
+
+from cospeech import c3d, markers, skeleton, tables, trajectories
+from cospeech.capture import skeleton_fit
+from cospeech.corpus import marker_file
+from cospeech.trajectories import Trajectories
+
+
+def recordings():
+    return subject.marked(subject.range_of_motion(20.0), seed=1), subject.marked(subject.performance(10.0), seed=2)
+
+
+def test_a_file_of_another_laboratory_gives_the_angles_that_our_own_table_gives(tmp_path):
+    ours, theirs = [], []
+    names = {name: name.upper() for name in markers.NAMES}
+    for number, places in enumerate(recordings()):
+        ours.append(trajectories.to_table(places, markers.NAMES, subject.FPS))
+        z_up = np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)
+        c3d.write(Trajectories(tuple(names.values()), z_up, subject.FPS), tmp_path / f"{number}.c3d")
+        theirs.append(marker_file.read(tmp_path / f"{number}.c3d", names, up="z", facing="-y"))
+    here, there = (skeleton_fit.fit(take, record, subject.STATIC_S) for take, record in (ours, theirs))
+    tables.validate(here.motion, "motion", "x")
+    tables.validate(here.observability, "observability", "x")
+    np.testing.assert_allclose(skeleton.angles(there.motion), skeleton.angles(here.motion), atol=0.02)
+    assert here.line.startswith("shoulders known to 0.")
+
+
+def test_a_subject_without_markers_on_legs_and_back_has_still_legs_and_the_same_arms():
+    take, record = recordings()
+    whole, part = [], []
+    bare = [index for index, name in enumerate(markers.NAMES) if name.endswith(("leg", "foot")) or name == "back"]
+    for places in (take, record):
+        whole.append(trajectories.to_table(places, markers.NAMES, subject.FPS))
+        less = places.copy()
+        less[:, bare] = np.nan
+        part.append(trajectories.to_table(less, markers.NAMES, subject.FPS))
+    full, few = (skeleton_fit.fit(*pair, subject.STATIC_S) for pair in (whole, part))
+    legs = [f"{side}_{bone}_{axis}_deg" for side in ("left", "right") for bone in ("thigh", "shin") for axis in "xz"]
+    assert np.abs(few.motion[legs].to_numpy()).max() == 0
+    states = few.observability.set_index(["joint", "axis"])["state"]
+    assert states["left_thigh", "x"] == states["right_shin", "x"] == "locked"
+    assert states["chest", "x"] == states["left_arm", "z"] == "measured"
+    arm = ["left_arm_x_deg", "left_forearm_x_deg", "right_arm_z_deg"]
+    assert (few.motion[arm] - full.motion[arm]).abs().to_numpy().max() < 3
