@@ -42,6 +42,9 @@ AXES = {
 }
 """State of x, y and z, and the reason, of every joint (either side)."""
 
+NEEDED = {"arm": ("elbow",), "forearm": ("elbow", "hand"), "thigh": ("leg",), "shin": ("leg", "foot")}
+"""The markers of a limb that tell the angles of a part."""
+
 
 def observability(marker_places_m: Floats, seen_m: Floats, motion: pd.DataFrame) -> pd.DataFrame:
     """Return the table: joint, axis, state, share of frames in which the markers told it, reason.
@@ -73,11 +76,7 @@ def _told(side: str, part: str, axis: str, seen: Flags, motion: pd.DataFrame) ->
     if part in ("chest", "head"):
         group = [marker.joint == part for marker in markers.MARKERS]
         return np.asarray(seen[:, group].sum(axis=1) >= 3)
-    chain = {"arm": ("elbow",), "forearm": ("elbow", "hand"), "thigh": ("leg",), "shin": ("leg", "foot")}
-    needed = chain.get(part, ())
-    if (part, axis) == ("arm", "y"):
-        needed = ("elbow", "hand")
-    told = seen[:, [markers.NAMES.index(f"{side}_{name}") for name in needed]].all(axis=1)
-    if (part, axis) == ("arm", "y"):
-        told &= motion[f"{side}_forearm_x_deg"].to_numpy() < -BENT_DEG
-    return told
+    turn = (part, axis) == ("arm", "y")
+    needed = ("elbow", "hand") if turn else NEEDED.get(part, ())
+    told = np.all(seen[:, [markers.NAMES.index(f"{side}_{name}") for name in needed]], axis=1)
+    return np.asarray(told & (motion[f"{side}_forearm_x_deg"].to_numpy() < -BENT_DEG)) if turn else np.asarray(told)
