@@ -176,3 +176,15 @@ def test_locked_angles_are_zero_and_the_others_move(model, moved, fitted):
     assert share["right_forearm", "x"] == 0.75
     assert share["left_arm", "y"] == (fitted["left_forearm_x_deg"] < -30).mean()
     assert share["left_hand", "x"] == 0
+
+
+def test_a_pose_does_not_depend_on_where_it_was_sought_from(model, moved, poses):
+    """A single frame, sought from the static pose, is the frame of the whole record, wherever an elbow is bent."""
+    seen = subject.marked(moved, NOISE_M, 8)
+    bent = moved[["left_forearm_x_deg", "right_forearm_x_deg"]].max(axis=1) < -15
+    frames = np.flatnonzero(bent)[::40]
+    assert len(frames) > 15
+    for frame in frames:
+        alone = ik.solve(model, seen[frame : frame + 1])
+        off = Rotation.from_matrix(np.swapaxes(alone.turns[0], 1, 2) @ poses.turns[frame]).magnitude()
+        assert np.degrees(off).max() < 1.5

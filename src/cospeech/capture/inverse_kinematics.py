@@ -59,6 +59,10 @@ BACKWARD = np.radians(5.0)
 trunk, elbow and hand, lie in one plane both ways."""
 
 
+START = np.radians(-60.0)
+"""Bend of the elbows from which the first frame is sought: that of a straight arm leaves open which way it turns."""
+
+
 class Poses(NamedTuple):
     """Solved frames: orientation (T, P, 3, 3) and place (T, P, 3) of every part in the world, and the misfit (T,).
 
@@ -292,6 +296,8 @@ def _solve(  # type: ignore[no-untyped-def]
     for p in range(n_parts):
         for i in range(3):
             turn[p, i, i] = 1.0
+    for p in elbows:
+        _turn_by(turn[p], np.array([START, 0.0, 0.0]))
     turns, places = np.empty((len(seen), n_parts, 3, 3)), np.empty((len(seen), n_parts, 3))
     counts = np.zeros(len(seen), dtype=np.int64)
     for t in range(len(seen)):
