@@ -302,12 +302,12 @@ def _solve(  # type: ignore[no-untyped-def]
     counts = np.zeros(len(seen), dtype=np.int64)
     for t in range(len(seen)):
         hold = 1.0 / (pace * (AT_FIRST if t == 0 else 1.0)) ** 2
-        for _ in range(2):
+        for again in range(2):
+            if again and not _turn_over(turn, elbows, parents):
+                break
             counts[t] += _minimise(
                 turn, slide, hold, seen[t], offsets, marker_place, weight, parents, kinds, marker_part, part, axis,
                 slides, moves,
             )  # fmt: skip
-            if not _turn_over(turn, elbows, parents):
-                break
         _place(turn, slide, offsets, parents, kinds, turns[t], places[t])
     return turns, places, counts
