@@ -88,6 +88,24 @@ def test_missing_foreign_and_cut_off_files_are_refused(tmp_path):
             c3d.read(tmp_path / "c.c3d")
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_a_damaged_file_is_read_whole_or_refused(tmp_path, seed):
+    draw = np.random.default_rng(seed)
+    c3d.write(recording(), tmp_path / "a.c3d")
+    content = bytearray((tmp_path / "a.c3d").read_bytes())
+    for place in draw.integers(2, 2500, 3):
+        content[place] = draw.integers(0, 256)
+    (tmp_path / "b.c3d").write_bytes(content)
+    try:
+        names, places, fps = c3d.read(tmp_path / "b.c3d")
+    except UserError:
+        return
+    assert places.shape[1:] == (len(names), 3)
+    assert len(set(names)) == len(names)
+    assert fps >= 1
+    assert not np.isinf(places).any()
+
+
 @pytest.mark.recorded
 @pytest.mark.skipif(not ARM.is_file(), reason="needs the real recordings in ../shared/data/pyomeca_arm")
 def test_a_real_file_has_its_units_gaps_and_rate():
