@@ -188,3 +188,17 @@ def test_a_pose_does_not_depend_on_where_it_was_sought_from(model, moved, poses)
         alone = ik.solve(model, seen[frame : frame + 1])
         off = Rotation.from_matrix(np.swapaxes(alone.turns[0], 1, 2) @ poses.turns[frame]).magnitude()
         assert np.degrees(off).max() < 1.5
+
+
+def test_an_arm_bent_backward_is_turned_over(model):
+    """Straight arms say nothing of their turn; one that had turned away bends the natural way again."""
+    turn = np.tile(np.eye(3), (P, 1, 1))
+    elbow = body_model.NAMES.index("left_forearm")
+    turn[elbow] = Rotation.from_euler("x", 40, degrees=True).as_matrix()
+    before = turn.copy()
+    assert ik._turn_over(turn, ik.ELBOWS, body_model.PARENTS)
+    arm = body_model.PARENTS[elbow]
+    down = np.array([0.0, -1.0, 0.0])
+    np.testing.assert_allclose(turn[arm] @ down, before[arm] @ down, atol=1e-12)
+    np.testing.assert_allclose(turn[arm] @ turn[elbow] @ down, before[arm] @ before[elbow] @ down, atol=1e-12)
+    assert not ik._turn_over(turn, ik.ELBOWS, body_model.PARENTS)
