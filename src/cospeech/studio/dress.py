@@ -1,0 +1,53 @@
+"""The dress of an actor: where each marker, a ball of ``markers.RADIUS_M``, is fixed to the body.
+
+The centre of the ball is what a tracker should find.
+"""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech import skeleton
+from cospeech.markers import MARKERS, NAMES
+
+Floats = npt.NDArray[np.float64]
+
+PLACE_M = {
+    "head_left": (0.095, 0.10, 0.01),
+    "head_right": (-0.095, 0.10, 0.01),
+    "head_front": (0.0, 0.15, 0.094),
+    "chest": (0.0, 0.10, 0.114),
+    "back": (0.0, 0.10, -0.114),
+    "left_shoulder": (0.18, 0.265, 0.0),
+    "right_shoulder": (-0.18, 0.265, 0.0),
+    "left_elbow": (0.062, -0.28, 0.0),
+    "right_elbow": (-0.062, -0.28, 0.0),
+    "left_hand": (0.045, -0.08, 0.0),
+    "right_hand": (-0.045, -0.08, 0.0),
+    "left_leg": (0.03, -0.25, 0.08),
+    "right_leg": (-0.03, -0.25, 0.08),
+    "left_foot": (0.0, 0.02, 0.12),
+    "right_foot": (0.0, 0.02, 0.12),
+}
+"""The planned place of each marker in the frame of its joint, metres."""
+
+SPREAD_M = 0.004
+
+
+def places(actor: str, seed: int) -> Floats:
+    """Return where the markers sit on ``actor``, (15, 3) in the frames of their joints, metres."""
+    draw = np.random.default_rng([seed, zlib.crc32(actor.encode())])
+    return np.array([PLACE_M[name] for name in NAMES]) + draw.normal(0.0, SPREAD_M, (len(NAMES), 3))
+
+
+def wear(motion: pd.DataFrame, placed_m: Floats) -> Floats:
+    """Return the world positions (T, 15, 3) in metres of markers at ``placed_m`` (15, 3) through a motion table."""
+    turned, joints = skeleton.chain(
+        motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float), skeleton.angles(motion)
+    )
+    worn = [skeleton.JOINTS.index(marker.joint) for marker in MARKERS]
+    return joints[:, worn] + np.einsum("tmij,mj->tmi", turned[:, worn], placed_m)
