@@ -8,6 +8,7 @@ from cospeech.capture.camera import project
 from cospeech.markers import NAMES, RADIUS_M
 from cospeech.studio import dress, film, rig, stage
 
+AWAY_M = np.array([60.0, 0.0, -20.0])
 LEFT_ARM, LEFT_FOREARM = skeleton.JOINTS.index("left_arm"), skeleton.JOINTS.index("left_forearm")
 
 
@@ -23,9 +24,9 @@ def scene():
 @pytest.mark.parametrize("width_px", [1392, 696])
 def test_centroid_of_a_whole_marker_is_its_projected_centre(width_px, scene):
     limbs, markers = scene
-    alone = limbs + [60.0, 0.0, -20.0]  # no body in view, so that nothing hides or touches a marker
+    alone = limbs + AWAY_M  # no body in view, so that nothing hides or touches a marker
     camera = rig.cameras(width_px, 3)[2]
-    point = markers[:1] + [60.0, 0.0, -20.0]
+    point = markers[:1] + AWAY_M
     point[0, NAMES.index("left_hand")] = (0.4, 1.2, 0.3)
     planes, seen = next(film.frames(camera, alone[:1], point, 1, noise=0.0))
     truth = project(camera, point[0, NAMES.index("left_hand")])

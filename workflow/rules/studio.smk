@@ -98,3 +98,45 @@ rule studio_features:
         "features of {wildcards.record}, without sound"
     script:
         "../../scripts/studio/studio_features.py"
+
+
+if config["studio"]["film"]:
+
+    rule studio_rig:
+        output:
+            cameras=f"{RESULTS}/corpus/truth/cameras.parquet",
+        log:
+            f"{RESULTS}/logs/studio_rig.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/studio_rig.tsv"
+        params:
+            width_px=config["studio"]["camera_width_px"],
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
+            code=code("studio/studio_rig"),
+        message:
+            "the studio's cameras"
+        script:
+            "../../scripts/studio/studio_rig.py"
+
+    rule studio_film:
+        input:
+            motion=rules.studio_take.output.motion,
+            cameras=rules.studio_rig.output.cameras,
+        output:
+            films=[f"{RESULTS}/corpus/raw/{{record}}/c{number}.mkv" for number in range(1, 6)],
+            markers_2d=f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet",
+            markers_3d=f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet",
+        log:
+            f"{RESULTS}/logs/studio_film/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/studio_film/{{record}}.tsv"
+        params:
+            actor=performer_of,
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
+            code=code("studio/studio_film"),
+        message:
+            "film of {wildcards.record}"
+        script:
+            "../../scripts/studio/studio_film.py"

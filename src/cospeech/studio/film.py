@@ -63,6 +63,13 @@ def frames(
         yield planes, seen
 
 
+def noted(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:
+    """Yield the planes of ``frames``, and put the pixels of markers that are seen into ``seen`` (T, 15)."""
+    for frame, (planes, shown) in enumerate(shots):
+        seen[frame] = shown
+        yield planes
+
+
 def encode(path: Path, planes: Iterable[Planes], fps: float) -> None:
     """Write ``planes``, each (3, H, W), as MJPEG 4:4:4 in Matroska."""
     with av.open(str(path), "w", format="matroska", container_options={"fflags": "+bitexact"}) as container:
