@@ -119,6 +119,47 @@ if config["studio"]["film"]:
         script:
             "../../scripts/studio/studio_rig.py"
 
+    rule studio_laser:
+        input:
+            cameras=rules.studio_rig.output.cameras,
+        output:
+            films=[f"{RESULTS}/corpus/raw/laser/c{number}.mkv" for number in range(1, 6)],
+            laser=f"{RESULTS}/corpus/truth/laser.parquet",
+        log:
+            f"{RESULTS}/logs/studio_laser.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/studio_laser.tsv"
+        params:
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
+            code=code("studio/studio_laser"),
+        message:
+            "the calibration take"
+        script:
+            "../../scripts/studio/studio_laser.py"
+
+    rule studio_range:
+        input:
+            cameras=rules.studio_rig.output.cameras,
+        output:
+            films=[f"{RESULTS}/corpus/raw/range~{{actor}}/c{number}.mkv" for number in range(1, 6)],
+            motion=f"{RESULTS}/corpus/truth/motion_range~{{actor}}.parquet",
+            markers_2d=f"{RESULTS}/corpus/truth/markers_2d_range~{{actor}}.parquet",
+            markers_3d=f"{RESULTS}/corpus/truth/markers_3d_range~{{actor}}.parquet",
+        log:
+            f"{RESULTS}/logs/studio_range/{{actor}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/studio_range/{{actor}}.tsv"
+        params:
+            motion_fps=config["studio"]["motion_fps"],
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
+            code=code("studio/studio_range"),
+        message:
+            "range of motion of {wildcards.actor}"
+        script:
+            "../../scripts/studio/studio_range.py"
+
     rule studio_film:
         input:
             motion=rules.studio_take.output.motion,

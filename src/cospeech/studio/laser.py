@@ -1,0 +1,81 @@
+"""The calibration take: the red spot of a laser pointer roams the actor's volume in the darkened studio."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.capture.camera import Camera, project
+from cospeech.studio import paint, stage
+
+Floats = npt.NDArray[np.float64]
+Planes = npt.NDArray[np.uint8]
+
+LOW_M, HIGH_M = (-0.8, 0.1, -0.6), (0.8, 1.9, 0.8)
+HIDDEN = 0.15
+"""Share of views in which the spot is hidden."""
+REFLECTED = 0.10
+"""Share of views with a false, weaker spot where something shines back."""
+NOISE = 1.0
+SPOT_PX, BLOOM_PX = 1.3, 6.0
+"""Standard deviations of the spot and its bloom in a picture 1392 pixels wide."""
+RED = stage.ycbcr((255, 60, 60))
+
+
+def roam(n_frames: int, seed: int) -> Floats:
+    """Return the places (n_frames, 3) of the spot in metres: a smooth walk through the volume."""
+    draw = np.random.default_rng([seed, 7])
+    time = np.arange(n_frames)[:, None, None]
+    waves, phases = draw.uniform(0.01, 0.06, (3, 4)), draw.uniform(0.0, 2.0 * np.pi, (3, 4))
+    share = 0.5 + 0.5 * np.sin(1.2 * np.sin(2.0 * np.pi * waves * time + phases).sum(axis=2))
+    return np.array(LOW_M) + share * (np.array(HIGH_M) - np.array(LOW_M))
+
+
+def sightings(cameras: Sequence[Camera], spots_m: Floats, seed: int) -> pd.DataFrame:
+    """Return the table ``laser``: where the spot stands in the views (camera, frame) that see it."""
+    draw = np.random.default_rng([seed, 8])
+    views = []
+    for camera in cameras:
+        pixels = project(camera, spots_m)
+        inside = ((pixels >= 0) & (pixels <= np.array(camera.size_px) - 1)).all(axis=1)
+        seen = np.flatnonzero(inside & (draw.random(len(spots_m)) >= HIDDEN))
+        views.append(
+            pd.DataFrame({"camera": camera.name, "frame": seen, "x_px": pixels[seen, 0], "y_px": pixels[seen, 1]})
+        )
+    return pd.concat(views, ignore_index=True)
+
+
+def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: float = NOISE) -> Iterator[Planes]:
+    """Yield the planes (3, H, W) of the take in one camera; ``seen`` are its rows of ``sightings``."""
+    width, height = camera.size_px
+    draw = np.random.default_rng([seed, *camera.name.encode(), 9])
+    grain = (noise * draw.standard_normal(1 << 20)).astype(np.float32)
+    empty = stage.room(camera)
+    empty[0] *= 0.4
+    nowhere = np.zeros(4, dtype=np.int64)
+    spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
+    for frame in range(n_frames):
+        picture = empty.copy()
+        if frame in spots:
+            _glow(picture, spots[frame], 1.0, width / 1392)
+        if draw.random() < REFLECTED:
+            _glow(picture, draw.uniform((0, 0), (width, height)), 0.35, width / 1392)
+        planes = np.empty(picture.shape, dtype=np.uint8)
+        paint.expose(picture, planes, grain, nowhere, int(draw.integers(len(grain))))
+        yield planes
+
+
+def _glow(picture: npt.NDArray[np.float32], spot_px: Floats, strength: float, scale: float) -> None:
+    """Add a spot and its bloom, Gaussian both, to Y, Cb and Cr around ``spot_px``."""
+    x, y = spot_px
+    reach = int(4 * BLOOM_PX * scale) + 1
+    left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
+    patch = picture[:, top : int(y) + reach + 1, left : int(x) + reach + 1]
+    rows, columns = np.indices(patch.shape[1:])
+    square = ((columns + left - x) ** 2 + (rows + top - y) ** 2) / scale**2
+    light = strength * (0.85 * np.exp(-square / (2 * SPOT_PX**2)) + 0.15 * np.exp(-square / (2 * BLOOM_PX**2)))
+    patch[0] += light * RED[0]
+    patch[1:] += light * (RED[1:, None, None] - 128)
