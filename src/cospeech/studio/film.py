@@ -26,14 +26,12 @@ QUALITY = 3
 """Quantiser of the encoder, 2 the finest."""
 
 
-def boxes(camera: Camera, ends_m: Floats, radii_m: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Return left, top, right, bottom (n, 4), the last two excluded, of the pixels that capsules may cover."""
-    pixels = project(camera, ends_m)
+def outlines(camera: Camera, ends_m: Floats, radii_m: Floats) -> tuple[Floats, Floats]:
+    """Return where capsules are seen, as in ``paint.draw``: the pixels of their ends (n, 2, 2) and a reach (n,)."""
     depth = ends_m @ camera.rotation[2] + camera.shift_m[2]
-    reach = (1.3 * max(camera.focal_px) * radii_m[:, None] / (depth - radii_m[:, None]) + 3.0)[..., None]
-    low = np.floor(pixels - reach).min(axis=1)
-    high = np.ceil(pixels + reach).max(axis=1) + 1
-    return np.clip(np.concatenate([low, high], axis=1), 0, [*camera.size_px] * 2).astype(np.int64)
+    # A third more than the radius, and three pixels, leave room for the bend of the lens.
+    reach = 1.3 * max(camera.focal_px) * radii_m / (depth.min(axis=1) - radii_m) + 3.0
+    return project(camera, ends_m), reach
 
 
 def frames(
@@ -50,13 +48,15 @@ def frames(
     grain = (noise * draw.standard_normal(1 << 20)).astype(np.float32)
     sight, empty = stage.sight(camera), stage.room(camera)
     picture, depth = empty.copy(), np.empty(empty.shape[1:], dtype=np.float32)
-    radii = np.concatenate([stage.RADII_M, np.full(markers_m.shape[1], RADIUS_M, dtype=np.float32)])
+    radii = np.concatenate([stage.RADII_M, np.full(markers_m.shape[1], RADIUS_M)])
     for limbs, markers in zip(limbs_m, markers_m, strict=True):
         ends_m = np.concatenate([limbs, np.repeat(markers[:, None], 2, axis=1)])
-        ends = (ends_m @ camera.rotation.T + np.array(camera.shift_m)).astype(np.float32)
-        box = boxes(camera, ends_m, radii)
-        left, top, right, bottom = whole = np.concatenate([box[:, :2].min(axis=0), box[:, 2:].max(axis=0)])
-        seen = paint.draw(picture, depth, sight, ends, radii, box, stage.PAINT, len(limbs))
+        solids = paint.solids(ends_m @ camera.rotation.T + np.array(camera.shift_m), radii)
+        pixels, reach = outlines(camera, ends_m, radii)
+        low, high = pixels.min(axis=1) - reach[:, None], pixels.max(axis=1) + reach[:, None] + 2
+        whole = np.concatenate([low.min(axis=0), high.max(axis=0)]).astype(np.int64)
+        left, top, right, bottom = whole = np.clip(whole, 0, [*camera.size_px] * 2)
+        seen = paint.draw(picture, depth, sight, solids, pixels, reach, stage.PAINT, len(limbs), whole)
         planes = np.empty(picture.shape, dtype=np.uint8)
         paint.expose(picture, planes, grain, whole, int(draw.integers(len(grain))))
         picture[:, top:bottom, left:right] = empty[:, top:bottom, left:right]

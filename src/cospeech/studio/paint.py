@@ -9,6 +9,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]
 Planes = npt.NDArray[np.uint8]
 Integers = npt.NDArray[np.int64]
@@ -19,41 +20,70 @@ AMBIENT = 0.72
 """Share of light from all sides: the studio is lit diffusely (2.4 of the thesis)."""
 
 
+def solids(ends: Floats, radii: Floats) -> Floats:
+    """Return what ``strike`` asks of capsules with ``ends`` (n, 2, 3) and ``radii`` (n,), as rows (n, 10).
+
+    Their first end a, the way b to the second, the radius, and a.a, b.b, a.b; a ball is a capsule of length 0.
+    """
+    a, b = ends[:, 0], ends[:, 1] - ends[:, 0]
+    products = [np.einsum("ni,ni->n", one, other) for one, other in ((a, a), (b, b), (a, b))]
+    return np.column_stack([a, b, radii, *products])
+
+
 @numba.njit(cache=True)
-def strike(x: float, y: float, a: Singles, b: Singles, radius: float) -> tuple[float, float]:
-    """Return depth z and the cosine towards the camera where ray (x, y, 1) meets the capsule a-b; infinite if not."""
-    square = x * x + y * y + 1.0
-    bx, by, bz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    length2 = bx * bx + by * by + bz * bz
-    baba_ray = bx * x + by * y + bz
-    near, nx, ny, nz = np.inf, 0.0, 0.0, 0.0
-    if length2 > 1e-12:
-        # |(d t - a) - ((d t - a).b / b.b) b| = r
-        ab = a[0] * bx + a[1] * by + a[2] * bz
-        ad = a[0] * x + a[1] * y + a[2]
-        aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-        p = square - baba_ray * baba_ray / length2
-        q = ad - ab * baba_ray / length2
-        root = q * q - p * (aa - ab * ab / length2 - radius * radius)
-        if root >= 0.0 and p > 1e-12:
+def strike(x: float, y: float, solid: Floats) -> tuple[float, float]:
+    """Return depth z, and the cosine towards the camera, where ray (x, y, 1) enters a solid; infinite if it misses.
+
+    The ray enters through the cylinder where it meets it between the ends, and else through the ball at the end
+    that it passes: |t d - a - s b| = r with s clipped to [0, 1].
+    """
+    ax, ay, az, bx, by, bz, radius, aa, bb, ab = solid
+    dd = x * x + y * y + 1.0
+    ad = ax * x + ay * y + az
+    share = 0.0
+    if bb > 1e-12:
+        bd = bx * x + by * y + bz
+        p = dd - bd * bd / bb
+        q = ad - ab * bd / bb
+        root = q * q - p * (aa - ab * ab / bb - radius * radius)
+        if root < 0.0:
+            return np.inf, 0.0
+        if p > 1e-12:
             t = (q - np.sqrt(root)) / p
-            share = (t * baba_ray - ab) / length2
-            if t > 0.0 and 0.0 <= share <= 1.0:
-                near = t
-                nx = x * t - a[0] - share * bx
-                ny = y * t - a[1] - share * by
-                nz = t - a[2] - share * bz
-    for end in range(2):
-        c = a if end == 0 else b
-        q = c[0] * x + c[1] * y + c[2]
-        root = q * q - square * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2] - radius * radius)
-        if root >= 0.0:
-            t = (q - np.sqrt(root)) / square
-            if 0.0 < t < near:
-                near, nx, ny, nz = t, x * t - c[0], y * t - c[1], t - c[2]
-    if near == np.inf:
-        return near, 0.0
-    return near, -(nx * x + ny * y + nz) / (radius * np.sqrt(square))
+            share = (t * bd - ab) / bb
+            if 0.0 <= share <= 1.0:
+                return t, _facing(x, y, t, dd, ax + share * bx, ay + share * by, az + share * bz, radius)
+        share = 1.0 if share > 1.0 else 0.0
+    cx, cy, cz = ax + share * bx, ay + share * by, az + share * bz
+    q = cx * x + cy * y + cz
+    root = q * q - dd * (cx * cx + cy * cy + cz * cz - radius * radius)
+    if root < 0.0:
+        return np.inf, 0.0
+    t = (q - np.sqrt(root)) / dd
+    return t, _facing(x, y, t, dd, cx, cy, cz, radius)
+
+
+@numba.njit(cache=True)
+def _facing(x: float, y: float, t: float, dd: float, cx: float, cy: float, cz: float, radius: float) -> float:
+    """Return the cosine between the ray, turned round, and the surface at depth t around the centre c."""
+    return -((x * t - cx) * x + (y * t - cy) * y + t - cz) / (radius * np.sqrt(dd))
+
+
+@numba.njit(cache=True)
+def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
+    """Return the columns, the last excluded, that a bar of half-width ``reach`` from one of ``pixels`` to the other
+    may cover in a row."""
+    x0, y0 = pixels[0]
+    x1, y1 = pixels[1]
+    low, high = 0.0, 1.0
+    if abs(y1 - y0) > 1e-9:
+        enter, leave = (row - reach - y0) / (y1 - y0), (row + reach - y0) / (y1 - y0)
+        low, high = max(low, min(enter, leave)), min(high, max(enter, leave))
+    if low > high:
+        return 0, 0
+    one, other = x0 + low * (x1 - x0), x0 + high * (x1 - x0)
+    first, last = min(one, other) - reach, max(one, other) + reach
+    return max(0, int(np.floor(first))), min(width, int(np.ceil(last)) + 1)
 
 
 @numba.njit(cache=True)
@@ -61,88 +91,116 @@ def draw(
     picture: Singles,
     depth: Singles,
     sight: Singles,
-    ends: Singles,
-    radii: Singles,
-    boxes: Integers,
+    solid: Floats,
+    pixels: Floats,
+    reach: Floats,
     paint: Singles,
     n_limbs: int,
-) -> npt.NDArray[np.float64]:
+    box: Integers,
+) -> Floats:
     """Draw limbs, then markers, onto ``picture`` (3, H, W); return the pixels of each marker that are seen (m,).
 
     Parameters
     ----------
     depth : (H, W) working space.
     sight : (H, W, 2) slopes of the ray of each pixel.
-    ends, radii : (n, 2, 3), (n,) capsules, limbs first; a marker's two ends are one.
-    boxes : (n, 4) left, top, right, bottom (excluded) pixels that each may cover.
+    solid : (n, 10) rows of ``solids``, limbs first.
+    pixels, reach : (n, 2, 2), (n,) where the ends are seen, and how far from them a solid may be seen, pixels.
     paint : (n, 3) Y, Cb, Cr in full light.
+    box : left, top, right, bottom, the last two excluded, of all that may be covered.
     """
-    n = len(radii)
-    light = np.float32(1.0)
+    height, width = depth.shape
+    depth[box[1] : box[3], box[0] : box[2]] = np.inf
     for k in range(n_limbs):
-        for row in range(boxes[k, 1], boxes[k, 3]):
-            depth[row, boxes[k, 0] : boxes[k, 2]] = np.inf
-    for k in range(n_limbs):
-        for row in range(boxes[k, 1], boxes[k, 3]):
-            for column in range(boxes[k, 0], boxes[k, 2]):
-                z, cosine = strike(sight[row, column, 0], sight[row, column, 1], ends[k, 0], ends[k, 1], radii[k])
+        top, bottom = _rows(pixels[k], reach[k], height)
+        for row in range(top, bottom):
+            left, right = span(pixels[k], reach[k], row, width)
+            for column in range(left, right):
+                z, cosine = strike(sight[row, column, 0], sight[row, column, 1], solid[k])
                 if z < depth[row, column]:
                     depth[row, column] = z
                     light = np.float32(AMBIENT + (1.0 - AMBIENT) * cosine)
                     picture[0, row, column] = paint[k, 0] * light
                     picture[1, row, column] = 128 + (paint[k, 1] - 128) * light
                     picture[2, row, column] = 128 + (paint[k, 2] - 128) * light
-    seen = np.zeros(n - n_limbs)
-    near = np.empty(n, dtype=np.int64)
-    for k in range(n_limbs, n):
-        left, top, right, bottom = boxes[k]
-        count = 0
-        for j in range(n):
-            apart = boxes[j, 0] >= right or boxes[j, 2] <= left or boxes[j, 1] >= bottom or boxes[j, 3] <= top
-            if not apart:
-                near[count] = j
-                count += 1
+    seen = np.zeros(len(solid) - n_limbs)
+    near = np.empty(len(solid), dtype=np.int64)
+    for k in range(n_limbs, len(solid)):
+        top, bottom = _rows(pixels[k], reach[k], height)
+        count = _neighbours(pixels, reach, k, near)
         for row in range(top, bottom):
+            left, right = span(pixels[k], reach[k], row, width)
             for column in range(left, right):
-                _fine(picture, sight, ends, radii, paint, n_limbs, near[:count], row, column, k, seen)
+                _fine(picture, depth, sight, solid, paint, n_limbs, near[:count], row, column, k, seen)
     return seen
+
+
+@numba.njit(cache=True)
+def _rows(pixels: Floats, reach: float, height: int) -> tuple[int, int]:
+    low, high = min(pixels[0, 1], pixels[1, 1]) - reach, max(pixels[0, 1], pixels[1, 1]) + reach
+    return max(0, int(np.floor(low))), min(height, int(np.ceil(high)) + 1)
+
+
+@numba.njit(cache=True)
+def _neighbours(pixels: Floats, reach: Floats, marker: int, near: Integers) -> int:
+    """Put into ``near`` the other solids that may be seen where a marker is, and return how many."""
+    count = 0
+    for j in range(len(reach)):
+        gap = reach[j] + reach[marker]
+        apart = False
+        for axis in range(2):
+            at = pixels[marker, 0, axis]
+            apart |= at < min(pixels[j, 0, axis], pixels[j, 1, axis]) - gap
+            apart |= at > max(pixels[j, 0, axis], pixels[j, 1, axis]) + gap
+        if not apart and j != marker:
+            near[count] = j
+            count += 1
+    return count
 
 
 @numba.njit(cache=True)
 def _fine(
     picture: Singles,
+    depth: Singles,
     sight: Singles,
-    ends: Singles,
-    radii: Singles,
+    solid: Floats,
     paint: Singles,
     n_limbs: int,
     near: Integers,
     row: int,
     column: int,
     marker: int,
-    seen: npt.NDArray[np.float64],
+    seen: Floats,
 ) -> None:
     """Lay one marker over one pixel by sixteen rays, in the share of them that meet it first."""
     height, width = sight.shape[:2]
     right = sight[row, min(column + 1, width - 1)] - sight[row, max(column - 1, 0)]
     down = sight[min(row + 1, height - 1), column] - sight[max(row - 1, 0), column]
+    x, y = sight[row, column]
+    ball = solid[marker]
+    away = _clearance(x, y, ball)
+    pixel = ball[2] * max(abs(right[0]), abs(down[1])) / 2.0  # at the marker's depth, metres
+    if away > pixel:
+        return
+    # Limbs within a pixel: where none reaches as near as the marker, only other markers can hide it.
+    around = depth[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    limbs_from = around.min()
+    side = 1 if away < -pixel and limbs_from > ball[2] else SAMPLES  # well inside, one ray tells as much as sixteen
     hits, brightness = 0, 0.0
-    for i in range(SAMPLES * SAMPLES):
-        u = ((i % SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0
-        v = ((i // SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0
-        x = sight[row, column, 0] + u * right[0] + v * down[0]
-        y = sight[row, column, 1] + u * right[1] + v * down[1]
-        z, cosine = strike(x, y, ends[marker, 0], ends[marker, 1], radii[marker])
+    for i in range(side * side):
+        u = ((i % side + 0.5) / side - 0.5) / 2.0
+        v = ((i // side + 0.5) / side - 0.5) / 2.0
+        z, cosine = strike(x + u * right[0] + v * down[0], y + u * right[1] + v * down[1], ball)
         first = z < np.inf
         for j in near:
-            if first and j != marker and strike(x, y, ends[j, 0], ends[j, 1], radii[j])[0] < z:
-                first = False
+            if first and (j >= n_limbs or limbs_from < z):
+                first = strike(x + u * right[0] + v * down[0], y + u * right[1] + v * down[1], solid[j])[0] > z
         if first:
             hits += 1
             brightness += AMBIENT + (1.0 - AMBIENT) * cosine
     if hits == 0:
         return
-    share = hits / (SAMPLES * SAMPLES)
+    share = hits / (side * side)
     seen[marker - n_limbs] += share
     light = brightness / hits
     picture[0, row, column] += share * (paint[marker, 0] * light - picture[0, row, column])
@@ -151,24 +209,43 @@ def _fine(
 
 
 @numba.njit(cache=True)
+def _clearance(x: float, y: float, ball: Floats) -> float:
+    """Return how far from the surface of a ball the ray (x, y, 1) passes, negative if it enters, metres."""
+    dd = x * x + y * y + 1.0
+    along = (ball[0] * x + ball[1] * y + ball[2]) / dd
+    px, py, pz = ball[0] - along * x, ball[1] - along * y, ball[2] - along
+    return np.sqrt(px * px + py * py + pz * pz) - ball[6]
+
+
+@numba.njit(cache=True)
 def expose(picture: Singles, planes: Planes, noise: Singles, box: Integers, at: int) -> None:
     """Blur ``picture`` (3, H, W) by 1 2 1 inside ``box``, add ``noise`` from ``at`` on, round to bytes."""
     height, width = picture.shape[1:]
+    left, right = max(box[0], 1), min(box[2], width - 1)
+    line = np.empty(width, dtype=np.float32)
     for c in range(3):
         for row in range(height):
-            start = (at + (c * height + row) * 7919) % (len(noise) - width)
-            inner = max(box[1], 1) <= row < min(box[3], height - 1)
-            for column in range(width):
-                if inner and max(box[0], 1) <= column < min(box[2], width - 1):
-                    value = np.float32(0.0)
-                    for i in range(-1, 2):
-                        value += (2 - abs(i)) * (
-                            picture[c, row + i, column - 1]
-                            + 2 * picture[c, row + i, column]
-                            + picture[c, row + i, column + 1]
-                        )
-                    value /= np.float32(16.0)
-                else:
-                    value = picture[c, row, column]
-                value += noise[start + column] + np.float32(0.5)
-                planes[c, row, column] = np.uint8(min(max(value, np.float32(0.0)), np.float32(255.0)))
+            grain = noise[(at + (c * height + row) * 7919) % (len(noise) - width) :]
+            plane, out = picture[c, row], planes[c, row]
+            if max(box[1], 1) <= row < min(box[3], height - 1):
+                above, below = picture[c, row - 1], picture[c, row + 1]
+                for column in range(left - 1, right + 1):
+                    line[column] = above[column] + 2 * plane[column] + below[column]
+                _round(plane, grain, out, 0, left)
+                for column in range(left, right):
+                    value = (line[column - 1] + 2 * line[column] + line[column + 1]) / np.float32(16.0)
+                    out[column] = _byte(value + grain[column])
+                _round(plane, grain, out, right, width)
+            else:
+                _round(plane, grain, out, 0, width)
+
+
+@numba.njit(cache=True)
+def _round(plane: Singles, grain: Singles, out: Planes, left: int, right: int) -> None:
+    for column in range(left, right):
+        out[column] = _byte(plane[column] + grain[column])
+
+
+@numba.njit(cache=True)
+def _byte(value: float) -> np.uint8:
+    return np.uint8(np.int32(min(max(value + np.float32(0.5), np.float32(0.0)), np.float32(255.0))))

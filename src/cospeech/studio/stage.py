@@ -40,7 +40,7 @@ LIMBS = (
 )
 """Capsules: joint and place of either end in its frame, metres; radius, metres; colour."""
 
-RADII_M = np.array([limb[4] for limb in LIMBS], dtype=np.float32)
+RADII_M = np.array([limb[4] for limb in LIMBS])
 
 
 def ycbcr(rgb: npt.ArrayLike) -> Singles:
