@@ -1,0 +1,215 @@
+"""The centre of a marker's disc, whole or partly hidden.
+
+A disc that is wholly seen is centred by its pixels' mean, each weighted with how far it is covered. A disc that
+something hides in part is fitted to its known radius: pairs of points on its outline propose centres, the centre with
+the most outline on its circle wins, and Gauss-Newton with Tukey's weights settles it. What hides a disc cuts into it,
+so no outline lies outside the circle.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture.blobs import Plane, label, shares
+
+Floats = npt.NDArray[np.float64]
+
+FAINTEST = 0.15
+"""Least share of a marker's colour, in full light, that is no noise."""
+
+ON_CIRCLE_PX = 0.7
+"""An outline point this near to the circle lies on it."""
+
+WHOLE = (0.92, 1.10)
+"""Area of a whole disc, in areas of its circle."""
+
+ROUND = 1.25
+"""Most ratio of the two second moments of a whole disc."""
+
+LEAST_ARC = 0.2
+"""Least share of a circle's outline that fixes its centre."""
+
+PROPOSERS = 20
+"""Outline points whose pairs propose centres."""
+
+
+STRAY_COST = 1.5
+"""Outline points that a proposed centre must win for each pixel that it lies off the expected one."""
+
+
+@numba.njit(cache=True)
+def _levels(amount: Floats, radius: float) -> tuple[float, float]:
+    """Return the share of the colour beside the disc and inside it: the medians of the dark and the light pixels.
+
+    What a fifth of the disc's area reaches tells the two apart.
+    """
+    values = np.sort(amount.ravel())
+    bright = values[max(0, len(values) - max(1, int(0.2 * np.pi * radius * radius)))]
+    light = np.searchsorted(values, bright / 2.0)
+    dark = np.searchsorted(values, bright / 4.0)
+    return values[dark // 2], values[(light + len(values) - 1) // 2]
+
+
+@numba.njit(cache=True)
+def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius: float) -> int:
+    """Return the number of the blob that covers most of the expected disc, near pixels counting more; 0 for none."""
+    score = np.zeros(count + 1)
+    for row in range(blob.shape[0]):
+        for column in range(blob.shape[1]):
+            if blob[row, column] > 0:
+                square = ((column - x) ** 2 + (row - y) ** 2) / (radius * radius)
+                score[blob[row, column]] += 1.0 / (1.0 + square * square)
+    return int(np.argmax(score))
+
+
+@numba.njit(cache=True)
+def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: float) -> Floats:
+    """Return the points (n, 4) where a blob's share falls through ``half``: x, y, and the direction to its inside."""
+    height, width = amount.shape
+    points = np.empty((4 * height * width, 4))
+    n = 0
+    for row in range(height):
+        for column in range(width):
+            if blob[row, column] != number:
+                continue
+            for side in range(4):
+                down, across = (side == 0) - (side == 1) + 0.0, (side == 2) - (side == 3) + 0.0
+                i, j = row + int(down), column + int(across)
+                if 0 <= i < height and 0 <= j < width and amount[i, j] < half:
+                    inside, outside = amount[row, column], amount[i, j]
+                    part = (inside - half) / (inside - outside)
+                    points[n, 0], points[n, 1] = column + part * across, row + part * down
+                    points[n, 2], points[n, 3] = -across, -down
+                    n += 1
+    return points[:n]
+
+
+@numba.njit(cache=True)
+def _support(points: Floats, x: float, y: float, radius: float) -> float:
+    """Return how many outline points lie on the circle, less those outside of it."""
+    total = 0.0
+    for k in range(len(points)):
+        dx, dy = x - points[k, 0], y - points[k, 1]
+        away = np.sqrt(dx * dx + dy * dy) - radius
+        if abs(away) < ON_CIRCLE_PX:
+            if dx * points[k, 2] + dy * points[k, 3] > 0.0:
+                total += 1.0 - (away / ON_CIRCLE_PX) ** 2
+        elif away > 0.0:
+            total -= 0.25
+    return total
+
+
+@numba.njit(cache=True)
+def _propose(points: Floats, radius: float, x: float, y: float) -> tuple[float, float]:
+    """Return the best centre that two outline points propose; of equal ones, the nearest to the expected (x, y)."""
+    best, best_x, best_y = -np.inf, np.nan, np.nan
+    step = max(1, len(points) // PROPOSERS)
+    for a in range(0, len(points), step):
+        for b in range(a + step, len(points), step):
+            dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+            square = dx * dx + dy * dy
+            if square < 0.5 * radius * radius or square > 4.0 * radius * radius:
+                continue
+            height = np.sqrt((radius * radius - square / 4.0) / square)
+            for side in (-1.0, 1.0):
+                u = (points[a, 0] + points[b, 0]) / 2.0 - side * height * dy
+                v = (points[a, 1] + points[b, 1]) / 2.0 + side * height * dx
+                score = _support(points, u, v, radius) - STRAY_COST * np.hypot(u - x, v - y)
+                if score > best:
+                    best, best_x, best_y = score, u, v
+    return best_x, best_y
+
+
+@numba.njit(cache=True)
+def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, float, float]:
+    """Return the centre of the circle of known radius through the outline, and the share of its outline on it."""
+    near = 0.0
+    for _ in range(6):
+        a, b, c, right_x, right_y, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(len(points)):
+            dx, dy = points[k, 0] - x, points[k, 1] - y
+            distance = np.sqrt(dx * dx + dy * dy)
+            away = distance - radius
+            if abs(away) >= 1.5 * ON_CIRCLE_PX or distance == 0.0 or dx * points[k, 2] + dy * points[k, 3] > 0.0:
+                continue
+            weight = (1.0 - (away / (1.5 * ON_CIRCLE_PX)) ** 2) ** 2
+            dx, dy = dx / distance, dy / distance
+            a, b, c = a + weight * dx * dx, b + weight * dx * dy, c + weight * dy * dy
+            right_x, right_y = right_x + weight * away * dx, right_y + weight * away * dy
+            near += weight * (abs(dx * points[k, 2]) + abs(dy * points[k, 3]))  # a crossing's length of outline
+        determinant = a * c - b * b
+        if determinant < 1e-6 * (a + c) ** 2 or near == 0.0:
+            return np.nan, np.nan, 0.0
+        x += (c * right_x - b * right_y) / determinant
+        y += (a * right_y - b * right_x) / determinant
+    return x, y, min(1.0, near / (2.0 * np.pi * radius))
+
+
+@numba.njit(cache=True)
+def measure(
+    y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
+    expected_x: float, expected_y: float, radius: float, reach: float,
+) -> tuple[float, float, int, float]:  # fmt: skip
+    """Return the pixel of a disc's centre, its pixels, and how well it is seen: 1 whole, 0 not at all.
+
+    Parameters
+    ----------
+    y, cb, cr, width : planes of the picture, and its width (rows of the decoder may be longer).
+    across, share : of the marker's ``colour.Mixer``.
+    expected_x, expected_y : where the disc is expected.
+    radius : of the disc, in pixels.
+    reach : how far the centre may be from where it is expected.
+
+    The pixel is NaN where too little of the disc is seen.
+    """
+    half_window = int(np.ceil(reach + radius + 2.0))
+    left, top = max(0, int(expected_x) - half_window), max(0, int(expected_y) - half_window)
+    right, bottom = min(width, int(expected_x) + half_window + 1), min(y.shape[0], int(expected_y) + half_window + 1)
+    nothing = (np.nan, np.nan, 0, 0.0)
+    if right - left < radius or bottom - top < radius:
+        return nothing
+    amount = shares(y, cb, cr, (left, top, right, bottom), across, share)
+    ground, level = _levels(amount, radius)
+    if level < FAINTEST:
+        return nothing
+    edge = (ground + level) / 2.0
+    blob, count = label(amount, edge)
+    number = _choose(blob, count, expected_x - left, expected_y - top, radius)
+    if number == 0:
+        return nothing
+    area, mean_x, mean_y, pixels = 0.0, 0.0, 0.0, 0
+    spread = np.zeros((2, 2))
+    height, breadth = blob.shape
+    for row in range(height):
+        for column in range(breadth):
+            weight = min(1.0, max(0.0, 0.5 + 2.0 * (amount[row, column] - edge) / (level - ground)))
+            mine = blob[row, column] == number
+            pixels += mine
+            for side in range(4):  # the outer half of the edge belongs to it too
+                i, j = row + (side == 0) - (side == 1), column + (side == 2) - (side == 3)
+                mine = mine or (0 <= i < height and 0 <= j < breadth and blob[i, j] == number)
+            if mine and weight > 0.0:
+                area += weight
+                mean_x, mean_y = mean_x + weight * column, mean_y + weight * row
+                spread[0, 0] += weight * column * column
+                spread[0, 1] += weight * column * row
+                spread[1, 1] += weight * row * row
+    if pixels < 6:
+        return nothing
+    mean_x, mean_y = mean_x / area, mean_y / area
+    a, b = spread[0, 0] / area - mean_x**2, spread[0, 1] / area - mean_x * mean_y
+    c = spread[1, 1] / area - mean_y**2
+    apart = np.sqrt((a - c) ** 2 + 4.0 * b * b)
+    whole = WHOLE[0] < area / (np.pi * radius * radius) < WHOLE[1] and a + c + apart < ROUND * (a + c - apart)
+    if whole:
+        return left + mean_x, top + mean_y, pixels, 1.0
+    points = _outline(amount, blob, number, edge)
+    u, v = _propose(points, radius, expected_x - left, expected_y - top)
+    if np.isnan(u):
+        return nothing
+    u, v, arc = _settle(points, radius, u, v)
+    if arc < LEAST_ARC or not np.hypot(left + u - expected_x, top + v - expected_y) < reach + radius:
+        return nothing
+    return left + u, top + v, pixels, min(arc, 0.99)

@@ -1,0 +1,140 @@
+"""The films of one take, read in step, one set of pictures after another.
+
+The decoder's own planes are used as they are: Y, Cb, Cr, the colours that the thesis tracks in (Özkul 2012, 2.3), so
+that nothing is converted or copied. One set of pictures is in memory at a time, whatever the length of the film.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture.camera import Camera
+from cospeech.errors import UserError
+
+Plane = npt.NDArray[np.uint8]
+Planes = tuple[Plane, Plane, Plane]
+"""Y, Cb and Cr of one picture, each (H, width of the decoder's rows); what lies right of W is no picture."""
+
+FORMATS = ("yuvj444p", "yuv444p")
+
+
+@dataclass(frozen=True)
+class Film:
+    """What the file of one view says of itself."""
+
+    path: Path
+    size_px: tuple[int, int]
+    fps: float
+    n_frames: int
+
+
+def examine(path: str | Path) -> Film:
+    """Return what a film says of itself, from its packets, without decoding a picture.
+
+    Raises
+    ------
+    UserError : where the file is missing, is no film, is cut short, or has no full colour.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise UserError(f"{path}: no such film; every camera of the rig must have one")
+    try:
+        with av.open(path) as container:
+            stream = container.streams.video[0]
+            size, form, fps = (stream.width, stream.height), stream.format.name, float(stream.average_rate or 0)
+            promised = (container.duration or 0) / av.time_base * fps
+            n_frames = sum(packet.size > 0 for packet in container.demux(stream))
+    except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
+        raise UserError(f"{path}: no film, or its head is damaged; record or copy it again") from error
+    if form not in FORMATS:
+        raise UserError(
+            f"{path}: pictures are {form}, need 4:4:4 (yuv444p); convert it with ffmpeg -pix_fmt yuvj444p"
+        )
+    if n_frames < promised - 1.5:
+        raise UserError(
+            f"{path}: cut short: {n_frames} of {promised:.0f} frames are there; copy it again, or cut the other views"
+        )
+    return Film(path, size, fps, n_frames)
+
+
+def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: int) -> int:
+    """Return the number of frames that all films have, after holding them against the cameras and each other.
+
+    Parameters
+    ----------
+    films, cameras : one film for each camera, in the same order.
+    most_frames_apart : how many frames the views may differ in length.
+
+    Raises
+    ------
+    UserError : where their number, size, frame rate or length does not fit.
+    """
+    if len(films) != len(cameras):
+        raise UserError(f"{len(films)} films for {len(cameras)} cameras; give one film for each camera of the rig")
+    for film, camera in zip(films, cameras, strict=True):
+        if film.size_px != camera.size_px:
+            turned = ", it seems turned" if film.size_px == camera.size_px[::-1] else ""
+            raise UserError(
+                f"{film.path}: pictures are {film.size_px[0]}x{film.size_px[1]}, camera {camera.name} was calibrated "
+                f"at {camera.size_px[0]}x{camera.size_px[1]}{turned}; film and calibrate at one size"
+            )
+        if abs(film.fps - films[0].fps) > 1e-3 * films[0].fps:
+            raise UserError(
+                f"{film.path}: {film.fps:g} frames/s, but {films[0].path.name} has {films[0].fps:g}; "
+                "bring all views to one rate"
+            )
+    shortest = min(film.n_frames for film in films)
+    for film in films:
+        if film.n_frames - shortest > most_frames_apart:
+            raise UserError(
+                f"{film.path}: {film.n_frames} frames, the shortest view has {shortest}: more than "
+                f"{most_frames_apart} apart; cut the views to one start and end, or raise the limit"
+            )
+    return shortest
+
+
+def _pictures(film: Film) -> Generator[Planes]:
+    try:
+        with av.open(film.path) as container:
+            container.streams.video[0].thread_type = "NONE"
+            for frame in container.decode(video=0):
+                yield planes(frame)
+    except av.FFmpegError as error:
+        raise UserError(f"{film.path}: a picture is damaged ({error}); copy the film again") from error
+
+
+def planes(frame: av.VideoFrame) -> Planes:
+    """Return the planes of a decoded picture as the decoder left them; valid until the next picture is read."""
+    y, cb, cr = (
+        np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)[: frame.height]
+        for plane in frame.planes
+    )
+    return y, cb, cr
+
+
+def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
+    """Yield the pictures of all films in step, for ``n_frames`` frames.
+
+    Raises
+    ------
+    UserError : where a film ends early or a picture cannot be decoded.
+    """
+    with ExitStack() as stack:
+        views = [_pictures(film) for film in films]
+        for view in views:
+            stack.callback(view.close)
+        for frame in range(n_frames):
+            pictures = []
+            for film, view in zip(films, views, strict=True):
+                picture = next(view, None)
+                if picture is None:
+                    raise UserError(f"{film.path}: ends at frame {frame} of {n_frames}; copy the film again")
+                pictures.append(picture)
+            yield pictures

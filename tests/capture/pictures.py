@@ -1,0 +1,47 @@
+"""Small synthetic pictures of markers for the tests of tracking: discs on a dark suit, sixteen samples a pixel."""
+
+import av
+import numpy as np
+from scipy.ndimage import convolve1d
+
+from cospeech.capture.colour import SKIN, chroma
+from cospeech.markers import COLOURS
+
+SUIT = (26, 26, 30)
+
+
+def draw(size, discs, noise=2.0, seed=0):
+    """Y, Cb, Cr (3, H, W) of discs (x, y, radius, colour) painted in order; colour is a name, 'skin' or 'suit'."""
+    (width, height), fine = size, 4
+    paint = {**COLOURS, "skin": SKIN, "suit": SUIT}
+    picture = np.empty((height, width, 3))
+    picture[:] = SUIT
+    for x, y, radius, colour in discs:
+        left, right = max(0, int(x - radius) - 2), min(width, int(x + radius) + 3)
+        top, bottom = max(0, int(y - radius) - 2), min(height, int(y + radius) + 3)
+        if right <= left or bottom <= top:
+            continue
+        u = left + (np.arange((right - left) * fine) + 0.5) / fine - 0.5
+        v = top + (np.arange((bottom - top) * fine) + 0.5) / fine - 0.5
+        inside = (u[None] - x) ** 2 + (v[:, None] - y) ** 2 < radius**2
+        cover = inside.reshape(bottom - top, fine, right - left, fine).mean(axis=(1, 3))[..., None]
+        part = picture[top:bottom, left:right]
+        part[:] = (1 - cover) * part + cover * np.array(paint[colour])
+    for axis in (0, 1):
+        picture = convolve1d(picture, [0.15, 0.7, 0.15], axis)
+    picture += np.random.default_rng(seed).normal(0, noise, picture.shape)
+    planes = chroma(picture) + np.array([0, 128, 128])
+    return np.clip(np.round(planes), 0, 255).astype(np.uint8).transpose(2, 0, 1).copy()
+
+
+def write(path, pictures, fps=20):
+    """A film (MJPEG 4:4:4 in Matroska) of pictures (3, H, W) in Y, Cb, Cr."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mjpeg", rate=fps)
+        stream.height, stream.width = pictures[0].shape[1:]
+        stream.pix_fmt = "yuvj444p"
+        stream.codec_context.qmin = stream.codec_context.qmax = 2
+        for picture in pictures:
+            frame = av.VideoFrame.from_ndarray(picture, format="yuvj444p")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
