@@ -204,12 +204,13 @@ def measure(
     apart = np.sqrt((a - c) ** 2 + 4.0 * b * b)
     whole = WHOLE[0] < area / (np.pi * radius * radius) < WHOLE[1] and a + c + apart < ROUND * (a + c - apart)
     if whole:
-        return left + mean_x, top + mean_y, pixels, 1.0
+        near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
+        return (left + mean_x, top + mean_y, pixels, 1.0) if near else nothing
     points = _outline(amount, blob, number, edge)
     u, v = _propose(points, radius, expected_x - left, expected_y - top)
     if np.isnan(u):
         return nothing
     u, v, arc = _settle(points, radius, u, v)
-    if arc < LEAST_ARC or not np.hypot(left + u - expected_x, top + v - expected_y) < reach + radius:
+    if arc < LEAST_ARC or not np.hypot(left + u - expected_x, top + v - expected_y) <= reach:
         return nothing
     return left + u, top + v, pixels, min(arc, 0.99)

@@ -1,0 +1,239 @@
+"""The robust tracker: markers are predicted in the world, measured in every view, and found again when lost.
+
+In each frame: (1) every marker is predicted in 3D and projected into all views; (2) its disc is centred in a window
+as large as the prediction is unsure; (3) one disc has one owner; (4) the views that agree give the point, well-seen
+views alone where there are two; (5) what was not found is sought as a blob of its colour in a wider window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture import kalman, recovery
+from cospeech.capture.camera import Camera, flatten, project
+from cospeech.capture.colour import Mixer
+from cospeech.capture.disc import measure
+from cospeech.capture.footage import Planes
+from cospeech.capture.sights import JERK, SIGHT_SD_M, Sights
+from cospeech.capture.triangulate import consistent, packed, project_point
+from cospeech.markers import MARKERS, RADIUS_M
+
+Floats = npt.NDArray[np.float64]
+
+REACH_SDS = 3.0
+"""A marker is sought this many standard deviations around its prediction,"""
+
+REACH_RADII = (0.5, 2.0)
+"""but at least and at most this many of its radii."""
+
+PART_WEIGHT = 0.2
+"""Weight of a view that sees a disc in part, where two do not see it whole, times its share of outline squared."""
+
+AGREE_RADII = 0.22
+"""Views agree where they miss the point by less than this share of the disc's radius,"""
+
+AGREE_PX = 1.2
+"""or by less than this."""
+
+OWN_RADII = 0.6
+"""Two discs of one colour are never nearer than this in one view, in radii."""
+
+FARTHEST_STEP_M = 0.12
+"""A point farther than this from its prediction, and than ``REACH_SDS``, is another marker's."""
+
+FADING = 0.5
+"""What is left of a hidden marker's speed after each frame."""
+
+
+@numba.njit(cache=True)
+def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> tuple[Floats, Floats, Floats]:
+    """Return the pixels (M, C, 2) of points (M, 3), their discs' radii (M, C) and how far to search (M, C), px."""
+    n_markers, n_views = len(points), len(cameras)
+    pixels, slope = np.empty((n_markers, n_views, 2)), np.empty((2, 3))
+    radius, reach = np.empty((n_markers, n_views)), np.empty((n_markers, n_views))
+    for marker in range(n_markers):
+        for view in range(n_views):
+            x, y, depth = project_point(cameras[view], points[marker], slope)
+            pixels[marker, view] = x, y
+            pixel_per_m = np.sqrt(cameras[view, 12] * cameras[view, 13]) / max(depth, 1e-6)
+            size = radius_m * pixel_per_m
+            radius[marker, view] = size
+            far = REACH_SDS * sd_m[marker] * pixel_per_m
+            reach[marker, view] = min(max(far, REACH_RADII[0] * size), REACH_RADII[1] * size)
+    return pixels, radius, reach
+
+
+@numba.njit(cache=True)
+def _measure_view(
+    y: npt.NDArray[np.uint8], cb: npt.NDArray[np.uint8], cr: npt.NDArray[np.uint8], width: int,
+    across: Floats, share: Floats, expected: Floats, radius: Floats, reach: Floats,
+) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
+    """Return the pixels (M, 2), pixel counts (M,) and seen shares (M,) of all markers in one view."""
+    n_markers = len(expected)
+    pixels, share_seen = np.full((n_markers, 2), np.nan), np.zeros(n_markers)
+    n_pixels = np.zeros(n_markers, dtype=np.int64)
+    for marker in range(n_markers):
+        if not (np.isfinite(expected[marker, 0]) and np.abs(expected[marker]).max() < 1e5):
+            continue
+        u, v, count, whole = measure(
+            y, cb, cr, width, across, share[marker], expected[marker, 0], expected[marker, 1],
+            radius[marker], reach[marker],
+        )  # fmt: skip
+        pixels[marker] = u, v
+        n_pixels[marker], share_seen[marker] = count, whole
+    return pixels, n_pixels, share_seen
+
+
+@numba.njit(cache=True)
+def _settle_owners(pixels: Floats, expected: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> None:
+    """Take a disc from all but the marker that expected it nearest, in every view; ``pixels`` (M, C, 2) in place."""
+    n_markers, n_views = pixels.shape[:2]
+    for view in range(n_views):
+        for a in range(n_markers):
+            for b in range(a):
+                if colour[a] != colour[b] or np.isnan(pixels[a, view, 0]) or np.isnan(pixels[b, view, 0]):
+                    continue
+                apart = np.hypot(pixels[a, view, 0] - pixels[b, view, 0], pixels[a, view, 1] - pixels[b, view, 1])
+                if apart < OWN_RADII * radius[a, view]:
+                    off_a = np.sum((pixels[a, view] - expected[a, view]) ** 2)
+                    off_b = np.sum((pixels[b, view] - expected[b, view]) ** 2)
+                    pixels[a if off_a > off_b else b, view] = np.nan
+
+
+def weights(share_seen: Floats) -> Floats:
+    """Return the weights (M, C) of views that see discs to shares (M, C): only the whole ones where there are two."""
+    whole = share_seen >= 1.0
+    part = PART_WEIGHT * np.square(share_seen)
+    return np.where(whole, 1.0, np.where(whole.sum(axis=1, keepdims=True) >= 2, 0.0, part))
+
+
+class RobustTracker:
+    """Follows the markers of one take.
+
+    Parameters
+    ----------
+    cameras : the rig.
+    first_m : (M, 3) the markers in the first frame, metres; NaN for one that is not known there.
+    mixers : of every marker colour.
+    fps : frames a second.
+    lengths : bone lengths that lost markers are held against.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[Camera],
+        first_m: Floats,
+        mixers: Mapping[str, Mixer],
+        fps: float,
+        lengths: recovery.Lengths,
+    ) -> None:
+        self.cameras, self.packed, self.lengths = cameras, packed(cameras), lengths
+        self.widths = [camera.size_px[0] for camera in cameras]
+        self.across = mixers["red"].across
+        self.share = np.stack([mixers[marker.colour].share for marker in MARKERS])
+        names = sorted(mixers)
+        self.colour = np.array([names.index(marker.colour) for marker in MARKERS])
+        self.move, self.noise = kalman.transition(1.0 / fps, JERK)
+        self.states = np.zeros((len(MARKERS), 3, 3))
+        self.states[:, 0] = first_m
+        self.covers = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))
+        self.hidden = np.zeros(len(MARKERS), dtype=int)
+        self.started = False
+
+    def step(self, pictures: Sequence[Planes], corrections: Sequence[tuple[int, int, float, float]] = ()) -> Sights:
+        """Return the markers of the next frame, seen in one picture for each camera.
+
+        ``corrections`` are (marker, view, x, y) that a person set for this frame.
+        """
+        if self.started:
+            self._predict()
+        self.started = True
+        expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
+        pixels, n_pixels, share_seen = self._measure(pictures, expected, radius, reach)
+        corrected = np.zeros(n_pixels.shape, dtype=bool)
+        for marker, view, x, y in corrections:
+            pixels[marker, view], share_seen[marker, view], corrected[marker, view] = (x, y), 1.0, True
+        _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
+        limit = np.maximum(AGREE_PX, AGREE_RADII * np.nanmedian(radius, axis=1))
+        points, used, residual = self._triangulate(pixels, weights(share_seen), limit)
+        self._reject(points, used, residual, corrected)
+        sights = Sights(pixels, n_pixels, corrected, used, points, residual)
+        self._recover(sights, pictures, radius, limit)
+        self._update(points)
+        away = np.linalg.norm(
+            pixels - np.stack([project(camera, points) for camera in self.cameras], axis=1), axis=-1
+        )
+        pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
+        n_pixels[np.isnan(pixels[..., 0])] = 0
+        return sights
+
+    def _predict(self) -> None:
+        self.states[self.hidden > 0, 1:] *= FADING
+        for marker in range(len(MARKERS)):
+            self.states[marker], self.covers[marker] = kalman.predict(
+                self.states[marker], self.covers[marker], self.move, self.noise
+            )
+
+    def _measure(
+        self, pictures: Sequence[Planes], expected: Floats, radius: Floats, reach: Floats
+    ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:
+        views = [
+            _measure_view(
+                *planes, width, self.across, self.share, expected[:, view].copy(), radius[:, view], reach[:, view]
+            )
+            for view, (planes, width) in enumerate(zip(pictures, self.widths, strict=True))
+        ]
+        pixels, n_pixels, share_seen = (np.stack(field, axis=1) for field in zip(*views, strict=True))
+        return pixels, n_pixels, share_seen
+
+    def _triangulate(
+        self, pixels: Floats, weight: Floats, limit: Floats
+    ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+        flat = np.stack([flatten(camera, pixels[:, view]) for view, camera in enumerate(self.cameras)], axis=1)
+        found = [consistent(self.packed, pixels[m], flat[m], weight[m], float(limit[m])) for m in range(len(MARKERS))]
+        points, used, residual = (np.array(field) for field in zip(*found, strict=True))
+        return points, used, residual
+
+    def _reject(
+        self, points: Floats, used: npt.NDArray[np.bool_], residual: Floats, corrected: npt.NDArray[np.bool_]
+    ) -> None:
+        """Drop points that are too far from their prediction, unless a person set them."""
+        away = np.linalg.norm(points - self.states[:, 0], axis=1)
+        allowed = np.maximum(FARTHEST_STEP_M, REACH_SDS * np.sqrt(self.covers[:, 0, 0]))
+        wrong = (away > allowed) & ~(used & corrected).any(axis=1)
+        points[wrong], used[wrong], residual[wrong] = np.nan, False, np.nan
+
+    def _recover(self, sights: Sights, pictures: Sequence[Planes], radius: Floats, limit: Floats) -> None:
+        """Seek the markers without a point, longest known first, and put what is found into ``sights``."""
+        lost = [m for m in range(len(MARKERS)) if np.isnan(sights.points_m[m, 0])]
+        for marker in sorted(lost, key=lambda m: self.hidden[m]):
+            same = sights.used & (self.colour == self.colour[marker])[:, None]
+            found = recovery.seek(
+                self.cameras, self.packed, pictures, Mixer(self.across, self.share[marker]), marker,
+                self.states[marker, 0], recovery.search_radius_m(int(self.hidden[marker])), radius[marker],
+                np.where(same[..., None], sights.pixels, np.nan), sights.points_m, self.lengths, float(limit[marker]),
+            )  # fmt: skip
+            if found is None:
+                continue
+            sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = (
+                found.point_m,
+                found.used,
+                found.rms,
+            )
+            sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
+            self.states[marker, 0], self.states[marker, 1:] = found.point_m, 0.0
+            self.covers[marker] = np.diag([2e-3**2, 1.0**2, 10.0**2])
+
+    def _update(self, points: Floats) -> None:
+        for marker in range(len(MARKERS)):
+            if np.isfinite(points[marker, 0]):
+                self.states[marker], self.covers[marker] = kalman.update(
+                    self.states[marker], self.covers[marker], points[marker], SIGHT_SD_M**2
+                )
+                self.hidden[marker] = 0
+            else:
+                self.hidden[marker] += 1

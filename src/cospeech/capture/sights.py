@@ -1,0 +1,146 @@
+"""What a tracker found: where each marker stands in each view of each frame, and in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.capture import kalman
+from cospeech.capture.camera import Camera, project
+from cospeech.errors import UserError
+from cospeech.markers import NAMES
+
+Floats = npt.NDArray[np.float64]
+
+SIGHT_SD_M = 4e-4
+"""Standard deviation of a point from two views on each axis; more views make it surer."""
+
+JERK = 25.0
+"""Spectral density of the change of a gesturing hand's acceleration, see ``kalman.transition``."""
+
+
+@dataclass(frozen=True)
+class Sights:
+    """One frame, or with a leading axis T a film, of M markers in C views.
+
+    pixels (..., M, C, 2), NaN where unseen; n_pixels (..., M, C) that each rests on; corrected (..., M, C) by a
+    person; used (..., M, C) views that the point rests on; points_m (..., M, 3), NaN where unseen; residual_px
+    (..., M) of the used views.
+    """
+
+    pixels: Floats
+    n_pixels: npt.NDArray[np.int64]
+    corrected: npt.NDArray[np.bool_]
+    used: npt.NDArray[np.bool_]
+    points_m: Floats
+    residual_px: Floats
+
+
+def film(frames: Sequence[Sights]) -> Sights:
+    """Return the frames of a film as one."""
+    return Sights(*(np.stack(field) for field in zip(*(vars(frame).values() for frame in frames), strict=True)))
+
+
+def corrections_by_frame(
+    corrections: pd.DataFrame, cameras: Sequence[Camera], n_frames: int, where: str
+) -> dict[int, list[tuple[int, int, float, float]]]:
+    """Return what a person set in each frame as (marker, view, x, y), from rows frame, camera, marker, x_px, y_px.
+
+    Raises
+    ------
+    UserError : where a row names no frame, camera or marker of the take, or lies outside its picture.
+    """
+    names = [camera.name for camera in cameras]
+    found: dict[int, list[tuple[int, int, float, float]]] = {}
+    for row, (frame, camera, marker, x, y) in enumerate(
+        corrections[["frame", "camera", "marker", "x_px", "y_px"]].itertuples(index=False), start=1
+    ):
+        here = f"{where}: row {row} (frame {frame}, camera {camera}, marker {marker})"
+        if camera not in names or marker not in NAMES:
+            raise UserError(f"{here}: unknown camera or marker; cameras are {', '.join(names)}")
+        if not 0 <= frame < n_frames:
+            raise UserError(f"{here}: the take has the frames 0 to {n_frames - 1}; correct the row")
+        view = names.index(camera)
+        width, height = cameras[view].size_px
+        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
+            raise UserError(f"{here}: ({x:g}, {y:g}) lies outside the picture of {width}x{height}; correct the row")
+        found.setdefault(int(frame), []).append((NAMES.index(marker), view, float(x), float(y)))
+    return found
+
+
+def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataFrame:
+    """Return the smoothed markers in the world (schema ``markers_3d``).
+
+    A marker that is hidden for longer than ``longest_hidden_s``, or before its first or after its last sight, is
+    lost.
+    """
+    n_frames, n_markers = sights.points_m.shape[:2]
+    n_views = sights.used.sum(axis=-1)
+    points = np.full((n_frames, n_markers, 3), np.nan)
+    status = np.full((n_frames, n_markers), "lost", dtype=object)
+    for marker in range(n_markers):
+        seen = np.isfinite(sights.points_m[:, marker, 0])
+        sd = SIGHT_SD_M * np.sqrt(2.0 / np.maximum(n_views[:, marker], 1))
+        smoothed, _ = kalman.smooth(sights.points_m[:, marker], sd, fps, JERK)
+        known = seen | _bridged(seen, round(longest_hidden_s * fps))
+        points[known, marker] = smoothed[known]
+        status[known, marker] = "predicted"
+        status[seen, marker] = "seen"
+        by_hand = np.any(sights.corrected[:, marker] & sights.used[:, marker], axis=-1)
+        status[seen & by_hand, marker] = "corrected"
+    frame = np.repeat(np.arange(n_frames), n_markers)
+    flat = points.reshape(-1, 3)
+    return pd.DataFrame(
+        {
+            "frame": frame,
+            "time_s": (frame + 0.5) / fps,
+            "marker": np.tile(NAMES, n_frames),
+            "x_m": flat[:, 0],
+            "y_m": flat[:, 1],
+            "z_m": flat[:, 2],
+            "n_views": n_views.ravel(),
+            "residual_px": sights.residual_px.ravel(),
+            "status": status.ravel().astype(str),
+        }
+    )
+
+
+def _bridged(seen: npt.NDArray[np.bool_], longest: int) -> npt.NDArray[np.bool_]:
+    """Return the hidden frames (T,) between two sights that are at most ``longest`` hidden frames apart."""
+    bridged = np.zeros(len(seen), dtype=bool)
+    shown = np.flatnonzero(seen)
+    for before, after in pairwise(shown):
+        if after - before - 1 <= longest:
+            bridged[before + 1 : after] = True
+    return bridged
+
+
+def view_table(sights: Sights, world: pd.DataFrame, cameras: Sequence[Camera]) -> pd.DataFrame:
+    """Return the markers in each view (schema ``markers_2d``): seen, else predicted from ``world``, else lost."""
+    n_frames, n_markers, n_views = sights.n_pixels.shape
+    points = world[["x_m", "y_m", "z_m"]].to_numpy().reshape(n_frames, n_markers, 3)
+    projected = np.stack([project(camera, points) for camera in cameras], axis=2)
+    seen = np.isfinite(sights.pixels[..., 0])
+    there = np.isfinite(projected[..., 0])
+    status = np.where(there, "predicted", "lost").astype(object)
+    status[seen] = "seen"
+    status[seen & sights.corrected] = "corrected"
+    pixels = np.where(seen[..., None], sights.pixels, projected).reshape(-1, 2)
+    n_pixels = pd.array(sights.n_pixels.ravel(), dtype="Int64")
+    n_pixels[(~seen | sights.corrected).ravel()] = pd.NA
+    return pd.DataFrame(
+        {
+            "frame": np.repeat(np.arange(n_frames), n_markers * n_views),
+            "camera": np.tile([camera.name for camera in cameras], n_frames * n_markers),
+            "marker": np.tile(np.repeat(NAMES, n_views), n_frames),
+            "x_px": pixels[:, 0],
+            "y_px": pixels[:, 1],
+            "n_pixels": n_pixels,
+            "status": status.ravel().astype(str),
+        }
+    )
