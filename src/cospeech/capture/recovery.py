@@ -14,7 +14,7 @@ from cospeech.capture.camera import Camera, flatten, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import consistent
-from cospeech.markers import NAMES
+from cospeech.markers import NAMES, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
 
@@ -38,7 +38,7 @@ GROWTH_M = 0.12
 SMALLEST_BLOB = 0.25
 """Of the area of a disc."""
 
-MOST_BLOBS = 6
+MOST_BLOBS = 12
 
 
 @dataclass(frozen=True)
@@ -94,16 +94,16 @@ def seek(
     owned : (M, C, 2) discs of the same colour that belong to other markers.
     others_m : (M, 3) the points known so far.
     """
-    discs = [
-        _discs(planes, camera, mixer, expected_m, search_m, float(radius[view]), owned[:, view])
+    free = [
+        discs(planes, camera, mixer, expected_m, search_m, float(radius[view]), owned[:, view])
         for view, (planes, camera) in enumerate(zip(pictures, cameras, strict=True))
     ]
-    flats = [flatten(camera, found[:, :2]) for camera, found in zip(cameras, discs, strict=True)]
+    flats = [flatten(camera, found[:, :2]) for camera, found in zip(cameras, free, strict=True)]
     best: Found | None = None
     for a, b in combinations(range(len(cameras)), 2):
-        for i in range(len(discs[a])):
-            for j in range(len(discs[b])):
-                candidate = _agree(cameras, packed, discs, flats, (a, i), (b, j), limit_px)
+        for i in range(len(free[a])):
+            for j in range(len(free[b])):
+                candidate = agree(cameras, packed, free, flats, (a, i), (b, j), limit_px)
                 if candidate is None or np.linalg.norm(candidate.point_m - expected_m) > search_m:
                     continue
                 if not lengths.fit(marker, candidate.point_m, others_m):
@@ -117,12 +117,12 @@ def _rank(found: Found, expected_m: Floats) -> tuple[int, float]:
     return -int(found.used.sum()), float(np.linalg.norm(found.point_m - expected_m))
 
 
-def _discs(
+def discs(
     planes: Planes, camera: Camera, mixer: Mixer, expected_m: Floats, search_m: float, radius: float, owned: Floats
 ) -> Floats:
     """Return the free discs (n, 4) of one colour near a point: x, y, pixels, share seen; the largest first."""
     middle = project(camera, expected_m)
-    reach = search_m * radius / 0.02 + radius
+    reach = search_m * radius / RADIUS_M + radius
     width, height = camera.size_px
     if not np.isfinite(middle).all():
         return np.empty((0, 4))
@@ -136,15 +136,15 @@ def _discs(
     found = blobs.statistics(amount, blob, count, box)
     found = found[found[:, 2] > SMALLEST_BLOB * np.pi * radius**2]
     found = found[np.argsort(-found[:, 2], kind="stable")][:MOST_BLOBS]
-    discs = []
+    free = []
     for x, y, _ in found:
         u, v, pixels, share = disc.measure(*planes, width, mixer.across, mixer.share, x, y, radius, radius)
         if np.isfinite(u) and not (np.hypot(owned[:, 0] - u, owned[:, 1] - v) < radius).any():
-            discs.append((u, v, pixels, share))
-    return np.array(discs).reshape(-1, 4)
+            free.append((u, v, pixels, share))
+    return np.array(free).reshape(-1, 4)
 
 
-def _agree(
+def agree(
     cameras: Sequence[Camera], packed: Floats, discs: Sequence[Floats], flats: Sequence[Floats],
     one: tuple[int, int], two: tuple[int, int], limit_px: float,
 ) -> Found | None:  # fmt: skip

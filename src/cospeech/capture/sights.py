@@ -12,7 +12,6 @@ import pandas as pd
 
 from cospeech.capture import kalman
 from cospeech.capture.camera import Camera, project
-from cospeech.errors import UserError
 from cospeech.markers import NAMES
 
 Floats = npt.NDArray[np.float64]
@@ -44,33 +43,6 @@ class Sights:
 def film(frames: Sequence[Sights]) -> Sights:
     """Return the frames of a film as one."""
     return Sights(*(np.stack(field) for field in zip(*(vars(frame).values() for frame in frames), strict=True)))
-
-
-def corrections_by_frame(
-    corrections: pd.DataFrame, cameras: Sequence[Camera], n_frames: int, where: str
-) -> dict[int, list[tuple[int, int, float, float]]]:
-    """Return what a person set in each frame as (marker, view, x, y), from rows frame, camera, marker, x_px, y_px.
-
-    Raises
-    ------
-    UserError : where a row names no frame, camera or marker of the take, or lies outside its picture.
-    """
-    names = [camera.name for camera in cameras]
-    found: dict[int, list[tuple[int, int, float, float]]] = {}
-    for row, (frame, camera, marker, x, y) in enumerate(
-        corrections[["frame", "camera", "marker", "x_px", "y_px"]].itertuples(index=False), start=1
-    ):
-        here = f"{where}: row {row} (frame {frame}, camera {camera}, marker {marker})"
-        if camera not in names or marker not in NAMES:
-            raise UserError(f"{here}: unknown camera or marker; cameras are {', '.join(names)}")
-        if not 0 <= frame < n_frames:
-            raise UserError(f"{here}: the take has the frames 0 to {n_frames - 1}; correct the row")
-        view = names.index(camera)
-        width, height = cameras[view].size_px
-        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
-            raise UserError(f"{here}: ({x:g}, {y:g}) lies outside the picture of {width}x{height}; correct the row")
-        found.setdefault(int(frame), []).append((NAMES.index(marker), view, float(x), float(y)))
-    return found
 
 
 def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataFrame:

@@ -1,0 +1,26 @@
+"""Follow the markers of one record through its films: where they are in every view and in the world."""
+
+from cospeech import job
+from cospeech.capture import camera, clicks, follow, footage, quality_sheet, sights
+
+with job.run(snakemake) as work:
+    settings = work.params["settings"]
+    cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
+    films = [footage.examine(path) for path in work.input.films]
+    n_frames = footage.check(films, cameras, settings["most_frames_apart"])
+    found = follow.follow(
+        films,
+        cameras,
+        work.params["method"],
+        n_frames,
+        clicked=clicks.read(work.input.clicks, cameras, n_frames) if work.input.get("clicks") else None,
+        corrections=clicks.read(work.input.corrections, cameras, n_frames) if work.input.get("corrections") else None,
+        where=work.wildcards.record,
+    )
+    world = sights.world_table(found, films[0].fps, settings["longest_hidden_s"])
+    work.write(sights.view_table(found, world, cameras), work.output.views, "markers_2d")
+    work.write(world, work.output.world, "markers_3d")
+    spans = quality_sheet.spans(world)
+    work.write(spans, work.output.spans, "marker_spans")
+    for line in quality_sheet.summary(world):
+        work.say(line)

@@ -1,0 +1,161 @@
+"""Both trackers on a short film of the studio: what they find, against what was planted."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from cospeech import skeleton, tables
+from cospeech.capture import clicks, colour, first_positions, follow, footage, quality_sheet, sights
+from cospeech.capture.camera import project
+from cospeech.errors import UserError
+from cospeech.markers import NAMES
+from cospeech.studio import dress, film, rig, stage
+
+N_FRAMES = 24
+HAND = NAMES.index("left_hand")
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    """Films (half size), cameras and planted markers (T, 15, 3): both arms swing up before the chest and back."""
+    folder = tmp_path_factory.mktemp("take")
+    time = np.arange(N_FRAMES) / rig.FPS
+    swing = np.sin(np.pi * time / 1.2) ** 2
+    angles = np.zeros((N_FRAMES, len(skeleton.JOINTS), 3))
+    for side, sign in (("left", 1), ("right", -1)):
+        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 0] = -50 * swing
+        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 2] = sign * (4 + 15 * swing)
+        angles[:, skeleton.JOINTS.index(f"{side}_forearm"), 0] = -5 - 80 * swing
+    motion = skeleton.motion_table(np.zeros((N_FRAMES, 3)), angles, rig.FPS)
+    limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places("ada", 1))
+    cameras = rig.cameras(696, 1)
+    for camera in cameras:
+        pictures = (planes for planes, _ in film.frames(camera, limbs, markers, 1))
+        film.encode(folder / f"{camera.name}.mkv", pictures, rig.FPS)
+    return [footage.examine(folder / f"{camera.name}.mkv") for camera in cameras], cameras, markers
+
+
+@pytest.fixture(scope="module")
+def robust(take):
+    films, cameras, _ = take
+    return follow.follow(films, cameras, "robust", N_FRAMES, where="take")
+
+
+def rms(values):
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+def clicked(cameras, markers, frame=0):
+    rows = [
+        (frame, camera.name, name, *np.round(project(camera, markers[frame, m])))
+        for m, name in enumerate(NAMES)
+        for camera in cameras
+    ]
+    return pd.DataFrame(rows, columns=clicks.COLUMNS)
+
+
+def test_robust_tracker_finds_the_planted_markers_at_half_size(take, robust):
+    _, cameras, markers = take
+    truth = np.stack([project(camera, markers) for camera in cameras], axis=2)
+    assert rms(np.linalg.norm(robust.pixels - truth, axis=-1)) < 0.2
+    world = sights.world_table(robust, rig.FPS, 0.5)
+    points = world[["x_m", "y_m", "z_m"]].to_numpy().reshape(N_FRAMES, -1, 3)
+    seen = (world["status"] == "seen").to_numpy().reshape(N_FRAMES, -1)
+    away = np.linalg.norm(points - markers, axis=2)
+    assert rms(away[seen]) < 1e-3
+    assert np.nanmax(away) < 0.03
+    kept = [m for m, name in enumerate(NAMES) if name != "back"]
+    assert seen[:, kept].mean() > 0.99
+
+
+def test_the_tables_keep_their_schemas(take, robust):
+    _, cameras, _ = take
+    world = sights.world_table(robust, rig.FPS, 0.5)
+    tables.validate(world, "markers_3d", "world")
+    views = sights.view_table(robust, world, cameras)
+    tables.validate(views, "markers_2d", "views")
+    assert len(views) == N_FRAMES * len(NAMES) * len(cameras)
+    assert views.loc[views["status"] == "seen", "n_pixels"].min() > 5
+    assert views.loc[views["status"] == "predicted", "n_pixels"].isna().all()
+    tables.validate(quality_sheet.spans(world), "marker_spans", "spans")
+
+
+def test_plain_tracker_of_the_thesis_is_worse(take, robust):
+    films, cameras, markers = take
+    plain = follow.follow(films, cameras, "thesis", N_FRAMES, clicked=clicked(cameras, markers), where="take")
+    assert rms(plain.points_m - markers) > 3 * rms(robust.points_m - markers)
+
+
+def test_clicks_start_the_tracker_as_well_as_colours_do(take, robust):
+    films, cameras, markers = take
+    by_hand = follow.follow(films, cameras, "robust", 3, clicked=clicked(cameras, markers), where="take")
+    np.testing.assert_allclose(by_hand.points_m, robust.points_m[:3], atol=1e-3)
+
+
+def test_a_correction_overrides_its_view_and_frame(take):
+    films, cameras, markers = take
+    place = project(cameras[4], markers[2, HAND]) + np.array([0.5, 0.0])
+    row = pd.DataFrame([(2, "c5", "left_hand", *place)], columns=clicks.COLUMNS)
+    found = follow.follow(films, cameras, "robust", 4, corrections=row, where="take")
+    world = sights.world_table(found, rig.FPS, 0.5)
+    views = sights.view_table(found, world, cameras)
+    corrected = views[views["status"] == "corrected"]
+    assert corrected[["frame", "camera", "marker"]].to_numpy().tolist() == [[2, "c5", "left_hand"]]
+    np.testing.assert_allclose(corrected[["x_px", "y_px"]].to_numpy()[0], place)
+    assert world.loc[world["status"] == "corrected", ["frame", "marker"]].to_numpy().tolist() == [[2, "left_hand"]]
+
+
+def test_clicks_that_do_not_fit_are_named(take, tmp_path):
+    _, cameras, markers = take
+    good = clicked(cameras, markers)
+    path = tmp_path / "take.csv"
+    for change, message in [
+        ({"camera": "c9"}, r"take\.csv: line 2: no camera 'c9'"),
+        ({"marker": "nose"}, r"line 2: no marker 'nose'"),
+        ({"frame": 99}, "line 2: frame 99 is none of the take's"),
+        ({"x_px": 5000.0}, r"line 2: \(5000, .*lies outside the picture of 696x520"),
+        ({"marker": good["marker"][1], "camera": good["camera"][1]}, "line 3 repeats a marker"),
+    ]:
+        bad = good.copy()
+        for column, value in change.items():
+            bad.loc[0, column] = value
+        bad.to_csv(path, index=False)
+        with pytest.raises(UserError, match=message):
+            clicks.read(path, cameras, N_FRAMES)
+    good.drop(columns="x_px").to_csv(path, index=False)
+    with pytest.raises(UserError, match="column x_px is missing"):
+        clicks.read(path, cameras, N_FRAMES)
+    with pytest.raises(UserError, match="no such file"):
+        clicks.read(tmp_path / "none.csv", cameras, N_FRAMES)
+    hidden = good[(good["marker"] != "chest") | (good["camera"] == "c1")]
+    with pytest.raises(UserError, match="marker chest is clicked in 1 views of frame 0"):
+        first_positions.from_clicks(hidden, cameras, "take")
+    crossed = good.copy()
+    crossed.loc[(good["marker"] == "chest") & (good["camera"] != "c3"), "y_px"] += np.array([90, -80, 70, -60])
+    with pytest.raises(UserError, match="clicks on marker chest in frame 0 do not meet"):
+        first_positions.from_clicks(crossed, cameras, "take")
+
+
+def test_markers_that_are_not_there_are_named(take):
+    _, cameras, _ = take
+    empty = [tuple(np.full((520, 696), value, dtype=np.uint8) for value in (20, 128, 128)) for _ in cameras]
+    mixers = colour.mixers(colour.chroma(colour.SKIN))
+    with pytest.raises(UserError, match=r"take: head_left, .* not found in frame 0; click them"):
+        first_positions.find(empty, cameras, mixers, "take")
+
+
+def test_spans_and_worst_moments():
+    status = ["seen", "predicted", "predicted", "seen", "lost"]
+    world = pd.DataFrame(
+        [
+            (t, (t + 0.5) / 20, name, "seen" if name != "chest" else status[t], 0.1 + (name == "back") * t)
+            for t in range(5)
+            for name in NAMES
+        ],
+        columns=["frame", "time_s", "marker", "status", "residual_px"],
+    )
+    spans = quality_sheet.spans(world)
+    assert spans.to_numpy().tolist() == [["chest", "predicted", 1, 3, 0.1], ["chest", "lost", 4, 5, 0.05]]
+    worst = quality_sheet.worst_moments(world, 2)
+    assert worst[["frame", "marker"]].to_numpy().tolist() == [[4, "chest"], [4, "back"]]
+    assert "chest: seen 40.0 %, corrected 0.0 %, predicted 40.0 %, lost 20.0 %" in quality_sheet.summary(world)[3]
