@@ -24,7 +24,7 @@ def errors(name, radius, other, on_skin=False, distances=(0.7, 1.6)):
             discs.append((*(centre + away * np.array([np.cos(angle), np.sin(angle)])), radius, other))
         y, cb, cr = draw((64, 64), discs, seed=seed)
         expected = centre + rng.normal(0, radius / 9, 2)
-        u, v, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS[name], *expected, radius, 0.6 * radius)
+        u, v, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS[name], *expected, radius, 0.6 * radius, True)
         assert pixels > 0
         found.append((np.hypot(u - centre[0], v - centre[1]), share))
     return np.array(found).T
@@ -50,17 +50,17 @@ def test_cut_disc_is_centred_though_its_pixels_are_not(name, other):
 def test_hidden_disc_and_other_colour_are_not_seen():
     for discs in ([], [(32, 32, 9, "red")], [(32, 32, 20, "skin")], [(32, 32, 9, "white")]):
         y, cb, cr = draw((64, 64), discs)
-        u, _, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS["green"], 32.0, 32.0, 9.0, 5.0)
+        u, _, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS["green"], 32.0, 32.0, 9.0, 5.0, True)
         assert np.isnan(u)
         assert (pixels, share) == (0, 0)
 
 
 def test_window_at_the_edge_or_outside_of_the_picture_is_safe():
     y, cb, cr = draw((64, 64), [(2, 32, 9, "red")])
-    u, v, _, share = disc.measure(y, cb, cr, 64, *MIXERS["red"], 3.0, 32.0, 9.0, 5.0)
+    u, v, _, share = disc.measure(y, cb, cr, 64, *MIXERS["red"], 3.0, 32.0, 9.0, 5.0, True)
     assert np.hypot(u - 2, v - 32) < 0.3
     assert share < 1
-    assert np.isnan(disc.measure(y, cb, cr, 64, *MIXERS["red"], -80.0, 32.0, 9.0, 5.0)[0])
+    assert np.isnan(disc.measure(y, cb, cr, 64, *MIXERS["red"], -80.0, 32.0, 9.0, 5.0, True)[0])
 
 
 def test_shares_sum_up_mixtures_and_leave_out_skin():

@@ -22,7 +22,7 @@ FAINTEST = 0.15
 ON_CIRCLE_PX = 0.7
 """An outline point this near to the circle lies on it."""
 
-WHOLE = (0.92, 1.10)
+WHOLE = (0.96, 1.08)
 """Area of a whole disc, in areas of its circle."""
 
 ROUND = 1.25
@@ -31,9 +31,12 @@ ROUND = 1.25
 LEAST_ARC = 0.2
 """Least share of a circle's outline that fixes its centre."""
 
-PROPOSERS = 20
+PROPOSERS = 16
 """Outline points whose pairs propose centres."""
 
+
+LOWEST, HIGHEST, BINS = -0.5, 1.5, 400
+"""The histogram of shares."""
 
 STRAY_COST = 1.5
 """Outline points that a proposed centre must win for each pixel that it lies off the expected one."""
@@ -43,13 +46,32 @@ STRAY_COST = 1.5
 def _levels(amount: Floats, radius: float) -> tuple[float, float]:
     """Return the share of the colour beside the disc and inside it: the medians of the dark and the light pixels.
 
-    What a fifth of the disc's area reaches tells the two apart.
+    What a fifth of the disc's area reaches tells the two apart. All are read off a histogram.
     """
-    values = np.sort(amount.ravel())
-    bright = values[max(0, len(values) - max(1, int(0.2 * np.pi * radius * radius)))]
-    light = np.searchsorted(values, bright / 2.0)
-    dark = np.searchsorted(values, bright / 4.0)
-    return values[dark // 2], values[(light + len(values) - 1) // 2]
+    count = np.zeros(BINS, dtype=np.int64)
+    for row in range(amount.shape[0]):
+        for column in range(amount.shape[1]):
+            place = int((amount[row, column] - LOWEST) * BINS / (HIGHEST - LOWEST))
+            count[min(max(place, 0), BINS - 1)] += 1
+    bright, above = BINS - 1, count[BINS - 1]
+    while above < 0.2 * np.pi * radius * radius and bright > 0:
+        bright -= 1
+        above += count[bright]
+    top = LOWEST + (bright + 0.5) * (HIGHEST - LOWEST) / BINS
+    light = int((top / 2.0 - LOWEST) * BINS / (HIGHEST - LOWEST))
+    dark = int((top / 4.0 - LOWEST) * BINS / (HIGHEST - LOWEST))
+    return _median(count, 0, dark), _median(count, light, BINS)
+
+
+@numba.njit(cache=True)
+def _median(count: npt.NDArray[np.int64], first: int, end: int) -> float:
+    """Return the median of what a histogram of shares holds from bin ``first`` to before ``end``."""
+    half, below = np.sum(count[first:end]) / 2.0, 0.0
+    for place in range(first, end):
+        if count[place] > 0 and below + count[place] >= half:
+            return LOWEST + (place + (half - below) / count[place]) * (HIGHEST - LOWEST) / BINS
+        below += count[place]
+    return LOWEST
 
 
 @numba.njit(cache=True)
@@ -68,7 +90,7 @@ def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius:
 def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: float) -> Floats:
     """Return the points (n, 4) where a blob's share falls through ``half``: x, y, and the direction to its inside."""
     height, width = amount.shape
-    points = np.empty((4 * height * width, 4))
+    points = np.empty((2 * height * width, 4))
     n = 0
     for row in range(height):
         for column in range(width):
@@ -102,8 +124,8 @@ def _support(points: Floats, x: float, y: float, radius: float) -> float:
 
 
 @numba.njit(cache=True)
-def _propose(points: Floats, radius: float, x: float, y: float) -> tuple[float, float]:
-    """Return the best centre that two outline points propose; of equal ones, the nearest to the expected (x, y)."""
+def _propose(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float]:
+    """Return the best centre within ``reach`` of (x, y) that two outline points propose, the nearer of equal ones."""
     best, best_x, best_y = -np.inf, np.nan, np.nan
     step = max(1, len(points) // PROPOSERS)
     for a in range(0, len(points), step):
@@ -116,7 +138,10 @@ def _propose(points: Floats, radius: float, x: float, y: float) -> tuple[float, 
             for side in (-1.0, 1.0):
                 u = (points[a, 0] + points[b, 0]) / 2.0 - side * height * dy
                 v = (points[a, 1] + points[b, 1]) / 2.0 + side * height * dx
-                score = _support(points, u, v, radius) - STRAY_COST * np.hypot(u - x, v - y)
+                stray = np.hypot(u - x, v - y)
+                if stray > reach:
+                    continue
+                score = _support(points, u, v, radius) - STRAY_COST * stray
                 if score > best:
                     best, best_x, best_y = score, u, v
     return best_x, best_y
@@ -150,7 +175,7 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
 @numba.njit(cache=True)
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
-    expected_x: float, expected_y: float, radius: float, reach: float,
+    expected_x: float, expected_y: float, radius: float, reach: float, cut: bool,
 ) -> tuple[float, float, int, float]:  # fmt: skip
     """Return the pixel of a disc's centre, its pixels, and how well it is seen: 1 whole, 0 not at all.
 
@@ -161,6 +186,7 @@ def measure(
     expected_x, expected_y : where the disc is expected.
     radius : of the disc, in pixels.
     reach : how far the centre may be from where it is expected.
+    cut : whether a disc that is not whole is fitted; else it counts as not seen.
 
     The pixel is NaN where too little of the disc is seen.
     """
@@ -206,8 +232,10 @@ def measure(
     if whole:
         near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
         return (left + mean_x, top + mean_y, pixels, 1.0) if near else nothing
+    if not cut:
+        return nothing
     points = _outline(amount, blob, number, edge)
-    u, v = _propose(points, radius, expected_x - left, expected_y - top)
+    u, v = _propose(points, radius, expected_x - left, expected_y - top, reach)
     if np.isnan(u):
         return nothing
     u, v, arc = _settle(points, radius, u, v)

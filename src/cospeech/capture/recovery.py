@@ -138,7 +138,7 @@ def discs(
     found = found[np.argsort(-found[:, 2], kind="stable")][:MOST_BLOBS]
     free = []
     for x, y, _ in found:
-        u, v, pixels, share = disc.measure(*planes, width, mixer.across, mixer.share, x, y, radius, radius)
+        u, v, pixels, share = disc.measure(*planes, width, mixer.across, mixer.share, x, y, radius, radius, True)
         if np.isfinite(u) and not (np.hypot(owned[:, 0] - u, owned[:, 1] - v) < radius).any():
             free.append((u, v, pixels, share))
     return np.array(free).reshape(-1, 4)

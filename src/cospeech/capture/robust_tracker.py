@@ -30,8 +30,11 @@ REACH_SDS = 3.0
 REACH_RADII = (0.5, 2.0)
 """but at least and at most this many of its radii."""
 
+WELL_SEEN = 0.6
+"""A disc with this share of its outline in view is centred as well as a whole one."""
+
 PART_WEIGHT = 0.2
-"""Weight of a view that sees a disc in part, where two do not see it whole, times its share of outline squared."""
+"""Weight of a view that sees less of a disc, where two do not see it well, times its share of outline squared."""
 
 AGREE_RADII = 0.22
 """Views agree where they miss the point by less than this share of the disc's radius,"""
@@ -71,21 +74,25 @@ def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> t
 def _measure_view(
     y: npt.NDArray[np.uint8], cb: npt.NDArray[np.uint8], cr: npt.NDArray[np.uint8], width: int,
     across: Floats, share: Floats, expected: Floats, radius: Floats, reach: Floats,
-) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
-    """Return the pixels (M, 2), pixel counts (M,) and seen shares (M,) of all markers in one view."""
-    n_markers = len(expected)
-    pixels, share_seen = np.full((n_markers, 2), np.nan), np.zeros(n_markers)
-    n_pixels = np.zeros(n_markers, dtype=np.int64)
-    for marker in range(n_markers):
-        if not (np.isfinite(expected[marker, 0]) and np.abs(expected[marker]).max() < 1e5):
+    cut: npt.NDArray[np.bool_], again: bool, pixels: Floats, n_pixels: npt.NDArray[np.int64], share_seen: Floats,
+) -> None:  # fmt: skip
+    """Put what one view shows of the markers that are not seen yet into pixels (M, 2), counts and shares (M,).
+
+    ``cut`` (M,) says whose disc is fitted where it is not whole; ``again``, that only those are looked at.
+    """
+    for marker in range(len(expected)):
+        if (
+            share_seen[marker] > 0.0
+            or (again and not cut[marker])
+            or not (np.isfinite(expected[marker, 0]) and np.abs(expected[marker]).max() < 1e5)
+        ):
             continue
         u, v, count, whole = measure(
             y, cb, cr, width, across, share[marker], expected[marker, 0], expected[marker, 1],
-            radius[marker], reach[marker],
+            radius[marker], reach[marker], cut[marker],
         )  # fmt: skip
         pixels[marker] = u, v
         n_pixels[marker], share_seen[marker] = count, whole
-    return pixels, n_pixels, share_seen
 
 
 @numba.njit(cache=True)
@@ -105,10 +112,10 @@ def _settle_owners(pixels: Floats, expected: Floats, radius: Floats, colour: npt
 
 
 def weights(share_seen: Floats) -> Floats:
-    """Return the weights (M, C) of views that see discs to shares (M, C): only the whole ones where there are two."""
-    whole = share_seen >= 1.0
+    """Return the weights (M, C) of views that see discs to shares (M, C): only well-seen ones where there are two."""
+    well = share_seen >= WELL_SEEN
     part = PART_WEIGHT * np.square(share_seen)
-    return np.where(whole, 1.0, np.where(whole.sum(axis=1, keepdims=True) >= 2, 0.0, part))
+    return np.where(well, 1.0, np.where(well.sum(axis=1, keepdims=True) >= 2, 0.0, part))
 
 
 class RobustTracker:
@@ -181,13 +188,16 @@ class RobustTracker:
     def _measure(
         self, pictures: Sequence[Planes], expected: Floats, radius: Floats, reach: Floats
     ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:
-        views = [
-            _measure_view(
-                *planes, width, self.across, self.share, expected[:, view].copy(), radius[:, view], reach[:, view]
-            )
-            for view, (planes, width) in enumerate(zip(pictures, self.widths, strict=True))
-        ]
-        pixels, n_pixels, share_seen = (np.stack(field, axis=1) for field in zip(*views, strict=True))
+        """Return pixels (M, C, 2), counts and shares (M, C): whole discs, and cut ones where two are not."""
+        pixels, n_pixels = np.full(expected.shape, np.nan), np.zeros(radius.shape, dtype=np.int64)
+        share_seen, cut = np.zeros(radius.shape), np.zeros(len(MARKERS), dtype=bool)
+        for again in (False, True):
+            for view, planes in enumerate(pictures):
+                _measure_view(
+                    *planes, self.widths[view], self.across, self.share, expected[:, view], radius[:, view],
+                    reach[:, view], cut, again, pixels[:, view], n_pixels[:, view], share_seen[:, view],
+                )  # fmt: skip
+            cut = (share_seen >= WELL_SEEN).sum(axis=1) < 2
         return pixels, n_pixels, share_seen
 
     def _triangulate(
