@@ -28,7 +28,7 @@ WHOLE = (0.96, 1.08)
 ROUND = 1.25
 """Most ratio of the two second moments of a whole disc."""
 
-LEAST_ARC = 0.2
+LEAST_ARC = 0.35
 """Least share of a circle's outline that fixes its centre."""
 
 PROPOSERS = 16

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.capture import clicks, colour, first_positions, footage, recovery
+from cospeech.capture import clicks, colour, first_positions, footage
 from cospeech.capture.camera import Camera
 from cospeech.capture.robust_tracker import RobustTracker
 from cospeech.capture.sights import Sights, film
@@ -52,7 +52,7 @@ def follow(
                 else first_positions.from_clicks(clicked, cameras, where)
             )
             tracker = (
-                RobustTracker(cameras, first, mixers, films[0].fps, recovery.lengths(first))
+                RobustTracker(cameras, first, mixers, films[0].fps)
                 if method == "robust"
                 else ThesisTracker(cameras, first, mixers)
             )

@@ -14,7 +14,7 @@ from cospeech.capture.camera import Camera, flatten, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import consistent
-from cospeech.markers import NAMES, RADIUS_M
+from cospeech.markers import MARKERS, NAMES, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,8 +28,8 @@ LINKS = (
 )  # fmt: skip
 """Pairs of markers whose distance changes little."""
 
-SLACK = 0.25
-"""By how much of itself the distance of a link may change."""
+SLACK, LIMB_SLACK = 0.25, 0.5
+"""By how much of itself the distance of a link may change, within one part of the body and along a limb."""
 
 WIDEST_M = 0.6
 GROWTH_M = 0.12
@@ -43,25 +43,25 @@ MOST_BLOBS = 12
 
 @dataclass(frozen=True)
 class Lengths:
-    """The usual distances (M, M) of linked markers in metres; NaN for those that are not linked or not known."""
+    """The usual distances (M, M) of linked markers, metres, and by what share each may change; NaN if not linked."""
 
     usual_m: Floats
+    slack: Floats
 
-    def fit(self, marker: int, point_m: Floats, others_m: Floats) -> bool:
-        """Return whether a marker may be at a point, given where the others (M, 3) are; NaN for unknown ones."""
-        usual = self.usual_m[marker]
-        away = np.linalg.norm(others_m - point_m, axis=1)
-        held = np.isfinite(usual) & np.isfinite(away)
-        return bool((np.abs(away[held] / usual[held] - 1.0) <= SLACK).all())
+    def fit(self, points_m: Floats, others_m: Floats) -> npt.NDArray[np.bool_]:
+        """Return which markers (M,) may be at ``points_m`` (M, 3), given where the others (M, 3) are, NaN unknown."""
+        away = np.linalg.norm(points_m[:, None] - others_m[None], axis=2)
+        return ~(np.abs(away / self.usual_m - 1.0) > self.slack).any(axis=1)
 
 
 def lengths(points_m: Floats) -> Lengths:
     """Return the lengths of the links in one pose (M, 3)."""
-    usual = np.full((len(NAMES), len(NAMES)), np.nan)
+    usual, slack = np.full((2, len(NAMES), len(NAMES)), np.nan)
     for a, b in LINKS:
         i, j = NAMES.index(a), NAMES.index(b)
         usual[i, j] = usual[j, i] = np.linalg.norm(points_m[i] - points_m[j])
-    return Lengths(usual)
+        slack[i, j] = slack[j, i] = SLACK if MARKERS[i].joint == MARKERS[j].joint else LIMB_SLACK
+    return Lengths(usual, slack)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,8 @@ def seek(
                 candidate = agree(cameras, packed, free, flats, (a, i), (b, j), limit_px)
                 if candidate is None or np.linalg.norm(candidate.point_m - expected_m) > search_m:
                     continue
-                if not lengths.fit(marker, candidate.point_m, others_m):
+                placed = np.where(np.arange(len(NAMES))[:, None] == marker, candidate.point_m, np.nan)
+                if not lengths.fit(placed, others_m)[marker]:
                     continue
                 if best is None or _rank(candidate, expected_m) < _rank(best, expected_m):
                     best = candidate

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.capture import kalman, recovery
+from cospeech.capture import kalman, recovery, rigid
 from cospeech.capture.camera import Camera, flatten, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.disc import measure
@@ -127,7 +127,6 @@ class RobustTracker:
     first_m : (M, 3) the markers in the first frame, metres; NaN for one that is not known there.
     mixers : of every marker colour.
     fps : frames a second.
-    lengths : bone lengths that lost markers are held against.
     """
 
     def __init__(
@@ -136,9 +135,9 @@ class RobustTracker:
         first_m: Floats,
         mixers: Mapping[str, Mixer],
         fps: float,
-        lengths: recovery.Lengths,
     ) -> None:
-        self.cameras, self.packed, self.lengths = cameras, packed(cameras), lengths
+        self.cameras, self.packed, self.first_m = cameras, packed(cameras), first_m
+        self.lengths = recovery.lengths(first_m)
         self.widths = [camera.size_px[0] for camera in cameras]
         self.across = mixers["red"].across
         self.share = np.stack([mixers[marker.colour].share for marker in MARKERS])
@@ -171,6 +170,9 @@ class RobustTracker:
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
         self._recover(sights, pictures, radius, limit)
         self._update(points)
+        carried = rigid.carried(self.first_m, points)
+        held = np.isfinite(carried[:, 0])
+        self.states[held, 0], self.states[held, 1:] = carried[held], 0.0
         away = np.linalg.norm(
             pixels - np.stack([project(camera, points) for camera in self.cameras], axis=1), axis=-1
         )
@@ -211,10 +213,11 @@ class RobustTracker:
     def _reject(
         self, points: Floats, used: npt.NDArray[np.bool_], residual: Floats, corrected: npt.NDArray[np.bool_]
     ) -> None:
-        """Drop points that are too far from their prediction, unless a person set them."""
+        """Drop points that are too far from their prediction or off their bones, unless a person set them."""
         away = np.linalg.norm(points - self.states[:, 0], axis=1)
         allowed = np.maximum(FARTHEST_STEP_M, REACH_SDS * np.sqrt(self.covers[:, 0, 0]))
-        wrong = (away > allowed) & ~(used & corrected).any(axis=1)
+        known = np.where((self.hidden == 0)[:, None], self.states[:, 0], np.nan)
+        wrong = ((away > allowed) | ~self.lengths.fit(points, known)) & ~(used & corrected).any(axis=1)
         points[wrong], used[wrong], residual[wrong] = np.nan, False, np.nan
 
     def _recover(self, sights: Sights, pictures: Sequence[Planes], radius: Floats, limit: Floats) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.capture import kalman
+from cospeech.capture import kalman, rigid
 from cospeech.capture.camera import Camera, project
 from cospeech.markers import NAMES
 
@@ -18,6 +18,9 @@ Floats = npt.NDArray[np.float64]
 
 SIGHT_SD_M = 4e-4
 """Standard deviation of a point from two views on each axis; more views make it surer."""
+
+CARRIED_SD_M = 5e-3
+"""Standard deviation of a hidden marker that the others of its part carry: no part of a body is quite rigid."""
 
 JERK = 25.0
 """Spectral density of the change of a gesturing hand's acceleration, see ``kalman.transition``."""
@@ -48,18 +51,21 @@ def film(frames: Sequence[Sights]) -> Sights:
 def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataFrame:
     """Return the smoothed markers in the world (schema ``markers_3d``).
 
-    A marker that is hidden for longer than ``longest_hidden_s``, or before its first or after its last sight, is
-    lost.
+    A hidden marker of a rigid part is carried by the others. Another one that is hidden for longer than
+    ``longest_hidden_s``, or before its first or after its last sight, is lost.
     """
     n_frames, n_markers = sights.points_m.shape[:2]
     n_views = sights.used.sum(axis=-1)
     points = np.full((n_frames, n_markers, 3), np.nan)
     status = np.full((n_frames, n_markers), "lost", dtype=object)
+    carried = _carried(sights.points_m)
     for marker in range(n_markers):
         seen = np.isfinite(sights.points_m[:, marker, 0])
         sd = SIGHT_SD_M * np.sqrt(2.0 / np.maximum(n_views[:, marker], 1))
-        smoothed, _ = kalman.smooth(sights.points_m[:, marker], sd, fps, JERK)
-        known = seen | _bridged(seen, round(longest_hidden_s * fps))
+        sd = np.where(seen, sd, CARRIED_SD_M)
+        measured = np.where(seen[:, None], sights.points_m[:, marker], carried[:, marker])
+        smoothed, _ = kalman.smooth(measured, sd, fps, JERK)
+        known = np.isfinite(measured[:, 0]) | _bridged(seen, round(longest_hidden_s * fps))
         points[known, marker] = smoothed[known]
         status[known, marker] = "predicted"
         status[seen, marker] = "seen"
@@ -80,6 +86,17 @@ def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataF
             "status": status.ravel().astype(str),
         }
     )
+
+
+def _carried(points_m: Floats) -> Floats:
+    """Return the hidden markers (T, M, 3) where the rest of their rigid part carries them; NaN where it does not."""
+    carried = np.full(points_m.shape, np.nan)
+    hidden = np.isnan(points_m[..., 0]).any(axis=1)
+    if not hidden.all():
+        reference = points_m[int(np.argmin(hidden))]
+        for frame in np.flatnonzero(hidden):
+            carried[frame] = rigid.carried(reference, points_m[frame])
+    return carried
 
 
 def _bridged(seen: npt.NDArray[np.bool_], longest: int) -> npt.NDArray[np.bool_]:

@@ -1,0 +1,38 @@
+"""Markers on one rigid part of the body: a hidden one stands where the others carry it.
+
+The part is turned and moved by the least-squares fit of its visible markers (Kabsch 1976).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.markers import MARKERS
+
+Floats = npt.NDArray[np.float64]
+
+FEWEST = 3
+"""Markers that fix a rigid part."""
+
+
+def carried(reference_m: Floats, points_m: Floats) -> Floats:
+    """Return where the hidden markers of rigid parts are, (M, 3); NaN for visible ones and where too few are visible.
+
+    Parameters
+    ----------
+    reference_m : (M, 3) all markers in one pose.
+    points_m : (M, 3) the visible markers; NaN for hidden ones.
+    """
+    found = np.full(points_m.shape, np.nan)
+    seen = np.isfinite(points_m[:, 0])
+    for joint in dict.fromkeys(marker.joint for marker in MARKERS):
+        part = np.array([marker.joint == joint for marker in MARKERS])
+        held, hidden = part & seen, part & ~seen
+        if held.sum() < FEWEST or not hidden.any():
+            continue
+        middle, now = reference_m[held].mean(axis=0), points_m[held].mean(axis=0)
+        u, _, vt = np.linalg.svd((reference_m[held] - middle).T @ (points_m[held] - now))
+        turn = (u * [1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+        found[hidden] = (reference_m[hidden] - middle) @ turn + now
+    return found
