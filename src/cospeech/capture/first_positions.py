@@ -16,7 +16,7 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from cospeech.capture import recovery
-from cospeech.capture.camera import Camera, flatten
+from cospeech.capture.camera import Camera
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import packed, triangulate
@@ -133,12 +133,11 @@ def _points(pictures: Sequence[Planes], cameras: Sequence[Camera], mixer: Mixer)
         radii.append(radius)
         none = np.empty((0, 2))
         discs.append(recovery.discs(planes, camera, mixer, MIDDLE_M, STAGE_M, radius, none))
-    flats = [flatten(camera, found[:, :2]) for camera, found in zip(cameras, discs, strict=True)]
     rig, limit_px, met = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
     for a, b in combinations(range(len(cameras)), 2):
         for i in range(len(discs[a])):
             for j in range(len(discs[b])):
-                point = recovery.agree(cameras, rig, discs, flats, (a, i), (b, j), limit_px)
+                point = recovery.agree(cameras, rig, discs, (a, i), (b, j), limit_px)
                 if point is not None and np.abs(point.point_m - MIDDLE_M).max() < STAGE_M:
                     met.append(point)
     met.sort(key=lambda point: (-int(point.used.sum()), point.rms))

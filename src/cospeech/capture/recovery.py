@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture import blobs, disc
-from cospeech.capture.camera import Camera, flatten, project
+from cospeech.capture.camera import Camera, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import consistent
@@ -98,12 +98,11 @@ def seek(
         discs(planes, camera, mixer, expected_m, search_m, float(radius[view]), owned[:, view])
         for view, (planes, camera) in enumerate(zip(pictures, cameras, strict=True))
     ]
-    flats = [flatten(camera, found[:, :2]) for camera, found in zip(cameras, free, strict=True)]
     best: Found | None = None
     for a, b in combinations(range(len(cameras)), 2):
         for i in range(len(free[a])):
             for j in range(len(free[b])):
-                candidate = agree(cameras, packed, free, flats, (a, i), (b, j), limit_px)
+                candidate = agree(cameras, packed, free, (a, i), (b, j), limit_px)
                 if candidate is None or np.linalg.norm(candidate.point_m - expected_m) > search_m:
                     continue
                 placed = np.where(np.arange(len(NAMES))[:, None] == marker, candidate.point_m, np.nan)
@@ -146,21 +145,21 @@ def discs(
 
 
 def agree(
-    cameras: Sequence[Camera], packed: Floats, discs: Sequence[Floats], flats: Sequence[Floats],
+    cameras: Sequence[Camera], packed: Floats, discs: Sequence[Floats],
     one: tuple[int, int], two: tuple[int, int], limit_px: float,
 ) -> Found | None:  # fmt: skip
     """Return the point of two discs with what other views add to it, or None where the two do not meet."""
-    pixels, flat = np.full((len(cameras), 2), np.nan), np.full((len(cameras), 2), np.nan)
+    pixels = np.full((len(cameras), 2), np.nan)
     n_pixels = np.zeros(len(cameras), dtype=np.int64)
 
     def take(view: int, number: int) -> None:
-        pixels[view], flat[view] = discs[view][number, :2], flats[view][number]
+        pixels[view] = discs[view][number, :2]
         n_pixels[view] = int(discs[view][number, 2])
 
     take(*one)
     take(*two)
     ones = np.ones(len(cameras))
-    point, used, _ = consistent(packed, pixels, flat, ones, limit_px)
+    point, used, _ = consistent(packed, pixels, ones, limit_px)
     if not used.any():
         return None
     for view, camera in enumerate(cameras):
@@ -169,5 +168,5 @@ def agree(
         away = np.hypot(*(discs[view][:, :2] - project(camera, point)).T)
         if away.min() < 3.0 * limit_px:
             take(view, int(away.argmin()))
-    point, used, rms = consistent(packed, pixels, flat, ones, limit_px)
+    point, used, rms = consistent(packed, pixels, ones, limit_px)
     return Found(point, used, np.where(used[:, None], pixels, np.nan), np.where(used, n_pixels, 0), rms)

@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture import kalman, recovery, rigid
-from cospeech.capture.camera import Camera, flatten, project
+from cospeech.capture.camera import Camera
 from cospeech.capture.colour import Mixer
 from cospeech.capture.disc import measure
 from cospeech.capture.footage import Planes
 from cospeech.capture.sights import JERK, SIGHT_SD_M, Sights
-from cospeech.capture.triangulate import consistent, packed, project_point
+from cospeech.capture.triangulate import packed, project_point, triangulate_packed
 from cospeech.markers import MARKERS, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
@@ -165,7 +165,7 @@ class RobustTracker:
             pixels[marker, view], share_seen[marker, view], corrected[marker, view] = (x, y), 1.0, True
         _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
         limit = np.maximum(AGREE_PX, AGREE_RADII * np.nanmedian(radius, axis=1))
-        points, used, residual = self._triangulate(pixels, weights(share_seen), limit)
+        points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
         self._reject(points, used, residual, corrected)
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
         self._recover(sights, pictures, radius, limit)
@@ -173,9 +173,7 @@ class RobustTracker:
         carried = rigid.carried(self.first_m, points)
         held = np.isfinite(carried[:, 0])
         self.states[held, 0], self.states[held, 1:] = carried[held], 0.0
-        away = np.linalg.norm(
-            pixels - np.stack([project(camera, points) for camera in self.cameras], axis=1), axis=-1
-        )
+        away = np.linalg.norm(pixels - _expect(self.packed, points, np.zeros(len(points)), RADIUS_M)[0], axis=-1)
         pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
         n_pixels[np.isnan(pixels[..., 0])] = 0
         return sights
@@ -190,7 +188,10 @@ class RobustTracker:
     def _measure(
         self, pictures: Sequence[Planes], expected: Floats, radius: Floats, reach: Floats
     ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:
-        """Return pixels (M, C, 2), counts and shares (M, C): whole discs, and cut ones where two are not."""
+        """Return pixels (M, C, 2), counts and shares (M, C): whole discs near where they are expected.
+
+        Of a marker that two views do not see well, cut discs and those farther off count too.
+        """
         pixels, n_pixels = np.full(expected.shape, np.nan), np.zeros(radius.shape, dtype=np.int64)
         share_seen, cut = np.zeros(radius.shape), np.zeros(len(MARKERS), dtype=bool)
         for again in (False, True):
@@ -200,15 +201,8 @@ class RobustTracker:
                     reach[:, view], cut, again, pixels[:, view], n_pixels[:, view], share_seen[:, view],
                 )  # fmt: skip
             cut = (share_seen >= WELL_SEEN).sum(axis=1) < 2
+            reach = REACH_RADII[1] * radius
         return pixels, n_pixels, share_seen
-
-    def _triangulate(
-        self, pixels: Floats, weight: Floats, limit: Floats
-    ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
-        flat = np.stack([flatten(camera, pixels[:, view]) for view, camera in enumerate(self.cameras)], axis=1)
-        found = [consistent(self.packed, pixels[m], flat[m], weight[m], float(limit[m])) for m in range(len(MARKERS))]
-        points, used, residual = (np.array(field) for field in zip(*found, strict=True))
-        return points, used, residual
 
     def _reject(
         self, points: Floats, used: npt.NDArray[np.bool_], residual: Floats, corrected: npt.NDArray[np.bool_]

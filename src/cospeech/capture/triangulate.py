@@ -13,7 +13,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.capture.camera import Camera, flatten
+from cospeech.capture.camera import NEWTON_STEPS, Camera
 
 Floats = npt.NDArray[np.float64]
 
@@ -55,6 +55,28 @@ def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, 
     bent_u = u * radial + 2.0 * p1 * u * v + p2 * (square + 2.0 * u * u)
     bent_v = v * radial + p1 * (square + 2.0 * v * v) + 2.0 * p2 * u * v
     return fx * bent_u + cx, fy * bent_v + cy, z
+
+
+@numba.njit(cache=True)
+def flatten_pixel(camera: Floats, x: float, y: float) -> tuple[float, float]:
+    """Return the ideal normalised coordinates of a pixel: ``camera.flatten`` for a row of ``packed``."""
+    k1, k2, p1, p2, k3 = camera[16], camera[17], camera[18], camera[19], camera[20]
+    bent_u, bent_v = (x - camera[14]) / camera[12], (y - camera[15]) / camera[13]
+    u, v = bent_u, bent_v
+    for _ in range(NEWTON_STEPS):
+        square = u * u + v * v
+        radial = 1.0 + square * (k1 + square * (k2 + square * k3))
+        bend = 2.0 * (k1 + square * (2.0 * k2 + 3.0 * square * k3))
+        a = radial + bend * u * u + 2.0 * p1 * v + 6.0 * p2 * u
+        b = bend * u * v + 2.0 * p1 * u + 2.0 * p2 * v
+        d = radial + bend * v * v + 6.0 * p1 * v + 2.0 * p2 * u
+        off_u = u * radial + 2.0 * p1 * u * v + p2 * (square + 2.0 * u * u) - bent_u
+        off_v = v * radial + p1 * (square + 2.0 * v * v) + 2.0 * p2 * u * v - bent_v
+        step_u, step_v = (d * off_u - b * off_v) / (a * d - b * b), (a * off_v - b * off_u) / (a * d - b * b)
+        u, v = u - step_u, v - step_v
+        if max(abs(step_u), abs(step_v)) < 1e-13:
+            return u, v
+    return np.nan, np.nan
 
 
 @numba.njit(cache=True)
@@ -128,19 +150,22 @@ def _fit(
 
 @numba.njit(cache=True)
 def consistent(
-    cameras: Floats, pixels: Floats, flat: Floats, weights: Floats, limit_px: float
+    cameras: Floats, pixels: Floats, weights: Floats, limit_px: float
 ) -> tuple[Floats, npt.NDArray[np.bool_], float]:
     """Return the point (3,) of one marker, the views (C,) that it rests on and their RMS residual in pixels.
 
     Parameters
     ----------
     cameras : (C, 21) of ``packed``.
-    pixels, flat : (C, 2) of the marker and the same in ideal normalised coordinates; NaN where unseen.
+    pixels : (C, 2) of the marker; NaN where unseen.
     weights : (C,) of the views, inverse squared pixels up to a factor.
     limit_px : a view farther than this from the point contradicts it.
 
     The point is NaN and no view chosen where no two views agree.
     """
+    flat = np.empty(pixels.shape)
+    for view in range(len(cameras)):
+        flat[view] = flatten_pixel(cameras[view], pixels[view, 0], pixels[view, 1])
     n_views = len(cameras)
     seen = np.zeros(n_views, dtype=np.bool_)
     for view in range(n_views):
@@ -171,15 +196,16 @@ def consistent(
 
 
 @numba.njit(cache=True)
-def _all(
-    cameras: Floats, pixels: Floats, flat: Floats, weights: Floats, limit_px: float
+def triangulate_packed(
+    cameras: Floats, pixels: Floats, weights: Floats, limits_px: Floats
 ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+    """Return what ``triangulate`` does, of cameras (C, 21) of ``packed`` and a limit (N,) for each marker."""
     n_points, n_views = pixels.shape[:2]
     points, residual_px = np.empty((n_points, 3)), np.empty(n_points)
     used = np.empty((n_points, n_views), dtype=np.bool_)
     for index in range(n_points):
         points[index], used[index], residual_px[index] = consistent(
-            cameras, pixels[index], flat[index], weights[index], limit_px
+            cameras, pixels[index], weights[index], limits_px[index]
         )
     return points, used, residual_px
 
@@ -198,6 +224,6 @@ def triangulate(
 
     A point that no two views agree on is NaN.
     """
-    flat = np.stack([flatten(camera, pixels[:, index]) for index, camera in enumerate(cameras)], axis=1)
-    weights = np.ones(pixels.shape[:2]) if weights is None else weights
-    return _all(packed(cameras), np.ascontiguousarray(pixels), flat, np.ascontiguousarray(weights), limit_px)
+    weights = np.ones(pixels.shape[:2]) if weights is None else np.ascontiguousarray(weights)
+    limits_px = np.full(len(pixels), float(limit_px))
+    return triangulate_packed(packed(cameras), np.ascontiguousarray(pixels), weights, limits_px)
