@@ -31,7 +31,9 @@ ROUND = 1.25
 LEAST_ARC = 0.35
 """Least share of a circle's outline that fixes its centre."""
 
-PROPOSERS = 16
+FEWEST_PIXELS = 6
+
+PROPOSERS = 12
 """Outline points whose pairs propose centres."""
 
 
@@ -173,6 +175,38 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
 
 
 @numba.njit(cache=True)
+def _moments(
+    amount: Floats, blob: npt.NDArray[np.int32], number: int, edge: float, contrast: float
+) -> tuple[int, float, float, float, float]:
+    """Return a blob's pixels, its area, its centroid x and y, and the ratio of its second moments, 1 where round.
+
+    A pixel counts with how far it is covered; the outer half of the blob's edge belongs to it too.
+    """
+    area, mean_x, mean_y, xx, xy, yy, pixels = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    height, width = blob.shape
+    for row in range(height):
+        for column in range(width):
+            weight = min(1.0, 0.5 + 2.0 * (amount[row, column] - edge) / contrast)
+            if weight <= 0.0:
+                continue
+            mine = blob[row, column] == number
+            pixels += mine
+            for side in range(4):
+                i, j = row + (side == 0) - (side == 1), column + (side == 2) - (side == 3)
+                mine = mine or (0 <= i < height and 0 <= j < width and blob[i, j] == number)
+            if mine:
+                area += weight
+                mean_x, mean_y = mean_x + weight * column, mean_y + weight * row
+                xx, xy, yy = xx + weight * column**2, xy + weight * column * row, yy + weight * row**2
+    if pixels == 0:
+        return 0, 0.0, np.nan, np.nan, np.inf
+    mean_x, mean_y = mean_x / area, mean_y / area
+    xx, xy, yy = xx / area - mean_x**2, xy / area - mean_x * mean_y, yy / area - mean_y**2
+    apart = np.sqrt((xx - yy) ** 2 + 4.0 * xy * xy)
+    return pixels, area, mean_x, mean_y, (xx + yy + apart) / max(xx + yy - apart, 1e-9)
+
+
+@numba.njit(cache=True)
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
     expected_x: float, expected_y: float, radius: float, reach: float, cut: bool,
@@ -205,30 +239,10 @@ def measure(
     number = _choose(blob, count, expected_x - left, expected_y - top, radius)
     if number == 0:
         return nothing
-    area, mean_x, mean_y, pixels = 0.0, 0.0, 0.0, 0
-    spread = np.zeros((2, 2))
-    height, breadth = blob.shape
-    for row in range(height):
-        for column in range(breadth):
-            weight = min(1.0, max(0.0, 0.5 + 2.0 * (amount[row, column] - edge) / (level - ground)))
-            mine = blob[row, column] == number
-            pixels += mine
-            for side in range(4):  # the outer half of the edge belongs to it too
-                i, j = row + (side == 0) - (side == 1), column + (side == 2) - (side == 3)
-                mine = mine or (0 <= i < height and 0 <= j < breadth and blob[i, j] == number)
-            if mine and weight > 0.0:
-                area += weight
-                mean_x, mean_y = mean_x + weight * column, mean_y + weight * row
-                spread[0, 0] += weight * column * column
-                spread[0, 1] += weight * column * row
-                spread[1, 1] += weight * row * row
-    if pixels < 6:
+    pixels, area, mean_x, mean_y, ratio = _moments(amount, blob, number, edge, level - ground)
+    if pixels < FEWEST_PIXELS:
         return nothing
-    mean_x, mean_y = mean_x / area, mean_y / area
-    a, b = spread[0, 0] / area - mean_x**2, spread[0, 1] / area - mean_x * mean_y
-    c = spread[1, 1] / area - mean_y**2
-    apart = np.sqrt((a - c) ** 2 + 4.0 * b * b)
-    whole = WHOLE[0] < area / (np.pi * radius * radius) < WHOLE[1] and a + c + apart < ROUND * (a + c - apart)
+    whole = WHOLE[0] < area / (np.pi * radius * radius) < WHOLE[1] and ratio < ROUND
     if whole:
         near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
         return (left + mean_x, top + mean_y, pixels, 1.0) if near else nothing
