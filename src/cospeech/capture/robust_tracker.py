@@ -24,8 +24,8 @@ from cospeech.markers import MARKERS, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
 
-REACH_SDS = 3.0
-"""A marker is sought this many standard deviations around its prediction,"""
+REACH_SDS = 1.0
+"""A marker is first sought this many standard deviations around its prediction, then as far as it may be,"""
 
 REACH_RADII = (0.5, 2.0)
 """but at least and at most this many of its radii."""
@@ -46,7 +46,9 @@ OWN_RADII = 0.6
 """Two discs of one colour are never nearer than this in one view, in radii."""
 
 FARTHEST_STEP_M = 0.12
-"""A point farther than this from its prediction, and than ``REACH_SDS``, is another marker's."""
+"""A point farther than this from its prediction, and than ``STRAY_SDS``, is another marker's."""
+
+STRAY_SDS = 3.0
 
 FADING = 0.5
 """What is left of a hidden marker's speed after each frame."""
@@ -209,7 +211,7 @@ class RobustTracker:
     ) -> None:
         """Drop points that are too far from their prediction or off their bones, unless a person set them."""
         away = np.linalg.norm(points - self.states[:, 0], axis=1)
-        allowed = np.maximum(FARTHEST_STEP_M, REACH_SDS * np.sqrt(self.covers[:, 0, 0]))
+        allowed = np.maximum(FARTHEST_STEP_M, STRAY_SDS * np.sqrt(self.covers[:, 0, 0]))
         known = np.where((self.hidden == 0)[:, None], self.states[:, 0], np.nan)
         wrong = ((away > allowed) | ~self.lengths.fit(points, known)) & ~(used & corrected).any(axis=1)
         points[wrong], used[wrong], residual[wrong] = np.nan, False, np.nan
