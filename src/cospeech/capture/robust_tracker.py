@@ -27,7 +27,7 @@ Floats = npt.NDArray[np.float64]
 REACH_SDS = 1.0
 """A marker is first sought this many standard deviations around its prediction, then as far as it may be,"""
 
-REACH_RADII = (0.5, 2.0)
+REACH_RADII = (0.4, 1.6)
 """but at least and at most this many of its radii."""
 
 WELL_SEEN = 0.6
