@@ -48,6 +48,7 @@ wildcard_constraints:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/studio.smk"
+include: "workflow/rules/capture.smk"
 include: "workflow/rules/corpus.smk"
 include: "workflow/rules/speech.smk"
 include: "workflow/rules/phrases.smk"
@@ -61,6 +62,7 @@ localrules:
     all,
     sweep,
     annotate,
+    markers,
     verify,
 
 
@@ -78,6 +80,15 @@ rule sweep:
 rule annotate:
     input:
         expand(f"{RESULTS}/annotations/{{record}}.{{format}}", record=RECORDS, format=["eaf", "TextGrid"]),
+
+
+rule markers:
+    input:
+        expand(
+            f"{RESULTS}/export/{{record}}.{{format}}",
+            record=RECORDS if config["studio"]["film"] else [],
+            format=["trc", "c3d", "bvh"],
+        ),
 
 
 rule verify:

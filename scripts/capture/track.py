@@ -11,11 +11,13 @@ with job.run(snakemake) as work:
     found = follow.follow(
         films,
         cameras,
-        work.params["method"],
+        settings["method"],
         n_frames,
-        clicked=clicks.read(work.input.clicks, cameras, n_frames) if work.input.get("clicks") else None,
-        corrections=clicks.read(work.input.corrections, cameras, n_frames) if work.input.get("corrections") else None,
-        where=work.wildcards.record,
+        clicked=clicks.read(work.input.clicks[0], cameras, n_frames) if work.input.get("clicks") else None,
+        corrections=clicks.read(work.input.corrections[0], cameras, n_frames)
+        if work.input.get("corrections")
+        else None,
+        where=work.wildcards.take,
     )
     world = sights.world_table(found, films[0].fps, settings["longest_hidden_s"])
     work.write(sights.view_table(found, world, cameras), work.output.views, "markers_2d")

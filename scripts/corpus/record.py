@@ -19,4 +19,5 @@ with job.run(snakemake) as work:
         sound.write(taken.voice, work.output.audio)
     else:
         work.write(taken.voice, work.output.prosody, "prosody")
-    work.write(taken.row, work.output.record, "records")
+    row = taken.row.assign(motion_source="video") if work.params["filmed"] else taken.row
+    work.write(row, work.output.record, "records")

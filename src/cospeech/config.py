@@ -108,6 +108,8 @@ def _impossible(config: Config) -> list[str]:
             problems.append(f"evaluation.interior leaves nothing of a record of {shortest} s")
         if not config["studio"]["sound"] and config["phrases"]["gesture"]["first_examples"] == "rules":
             problems.append("phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out")
+        if config["studio"]["film"] and not config["studio"]["sound"]:
+            problems.append("studio.film needs studio.sound: without it, records are features and nobody moves")
     return problems
 
 
@@ -194,7 +196,9 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                record |= {"motion": f"{raw}.bvh", "audio": f"{raw}.wav"}
+                filmed = f"{results}/capture/{name}/motion.parquet"
+                body = filmed if config["studio"]["film"] else f"{raw}.bvh"
+                record |= {"motion": body, "audio": f"{raw}.wav"}
             else:
                 record |= {"gestures": f"{raw}.gestures.parquet", "prosody": f"{raw}.prosody.parquet"}
             listed.append(record)

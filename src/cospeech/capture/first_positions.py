@@ -35,8 +35,8 @@ PLAN_M = {
     "right_shoulder": (-0.18, 1.46, -0.02),
     "left_elbow": (0.24, 1.11, -0.02),
     "right_elbow": (-0.24, 1.11, -0.02),
-    "left_hand": (0.22, 0.78, 0.02),
-    "right_hand": (-0.22, 0.78, 0.02),
+    "left_hand": (0.22, 0.84, 0.02),
+    "right_hand": (-0.22, 0.84, 0.02),
     "left_leg": (0.12, 0.67, 0.08),
     "right_leg": (-0.12, 0.67, 0.08),
     "left_foot": (0.09, 0.09, 0.12),
@@ -133,22 +133,25 @@ def _points(pictures: Sequence[Planes], cameras: Sequence[Camera], mixer: Mixer)
         radii.append(radius)
         none = np.empty((0, 2))
         discs.append(recovery.discs(planes, camera, mixer, MIDDLE_M, STAGE_M, radius, none))
-    rig, limit_px, met = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
+    rig, limit_px, chosen = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
+    # A disc that a better point took is gone for the rest, which may then meet without it.
+    while (best := _best(cameras, rig, discs, limit_px)) is not None:
+        chosen.append(best)
+        for view in np.flatnonzero(best.used):
+            discs[view] = discs[view][(discs[view][:, :2] != best.pixels[view]).any(axis=1)]
+    return (
+        np.array([point.point_m for point in chosen]).reshape(-1, 3),
+        np.array([point.used.sum() for point in chosen], dtype=int),
+    )
+
+
+def _best(cameras: Sequence[Camera], rig: Floats, discs: Sequence[Floats], limit_px: float) -> recovery.Found | None:
+    """Return the point where discs of most views meet, the closest of equals, or None."""
+    met = []
     for a, b in combinations(range(len(cameras)), 2):
         for i in range(len(discs[a])):
             for j in range(len(discs[b])):
                 point = recovery.agree(cameras, rig, discs, (a, i), (b, j), limit_px)
                 if point is not None and np.abs(point.point_m - MIDDLE_M).max() < STAGE_M:
                     met.append(point)
-    met.sort(key=lambda point: (-int(point.used.sum()), point.rms))
-    taken: set[tuple[int, float, float]] = set()
-    chosen = []
-    for point in met:
-        own = {(view, *point.pixels[view]) for view in np.flatnonzero(point.used)}
-        if not own & taken:
-            taken |= own
-            chosen.append(point)
-    return (
-        np.array([point.point_m for point in chosen]).reshape(-1, 3),
-        np.array([point.used.sum() for point in chosen], dtype=int),
-    )
+    return min(met, key=lambda point: (-int(point.used.sum()), point.rms), default=None)
