@@ -1,0 +1,276 @@
+"""Bundle adjustment: cameras and points such that the points' pictures fall where they were seen.
+
+Levenberg and Marquardt's method on the sum of squared pixel distances, with the points eliminated from the normal
+equations (Schur's complement; B. Triggs et al., Bundle adjustment: a modern synthesis, 1999, section 6.1). Inside,
+a camera is a row of ``INNER`` numbers, a rotation and a shift; a rotation is changed by a small turn from the left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+from scipy.spatial.transform import Rotation
+
+from cospeech.capture.camera import Camera
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+INNER = ("focal", "aspect", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+"""The numbers inside a camera: fx, fy / fx, the principal point and the lens."""
+POSE = ("turn_x", "turn_y", "turn_z", "shift_x", "shift_y", "shift_z")
+N_INNER = len(INNER)
+N_ALL = N_INNER + len(POSE)
+
+SELF = ("focal", "cx", "cy", "k1", "k2")
+"""What inside a camera a cloud of points determines."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Cameras as arrays: ``inner`` (C, 9), ``rotations`` (C, 3, 3) and ``shifts`` (C, 3), world to camera."""
+
+    inner: Floats
+    rotations: Floats
+    shifts: Floats
+
+
+def from_cameras(cameras: Sequence[Camera]) -> Rig:
+    """Return the cameras as arrays."""
+    inner = [(c.focal_px[0], c.focal_px[1] / c.focal_px[0], *c.centre_px, *c.lens) for c in cameras]
+    return Rig(
+        np.array(inner),
+        np.array([c.rotation for c in cameras]),
+        np.array([c.shift_m for c in cameras], dtype=float),
+    )
+
+
+def to_cameras(rig: Rig, like: Sequence[Camera]) -> list[Camera]:
+    """Return the arrays as cameras, with the names and picture sizes of ``like``."""
+    cameras = []
+    for camera, inner, rotation, shift in zip(like, rig.inner, rig.rotations, rig.shifts, strict=True):
+        focal, aspect, cx, cy, k1, k2, p1, p2, k3 = inner.tolist()
+        turn = Rotation.from_matrix(rotation).as_rotvec().tolist()
+        cameras.append(
+            replace(
+                camera, focal_px=(focal, focal * aspect), centre_px=(cx, cy), lens=(k1, k2, p1, p2, k3),
+                turn=tuple(turn), shift_m=tuple(shift.tolist()),
+            )
+        )  # fmt: skip
+    return cameras
+
+
+@njit(cache=True)
+def observe(
+    inner: Floats, rotation: Floats, shift: Floats, point: Floats, pixel: Floats, by_camera: Floats, by_point: Floats
+) -> bool:
+    """Write the pixel (2,) of a point (3,), and its derivatives by the camera (2, 15) and by the point (2, 3).
+
+    Returns whether the point is before the camera; where it is not, nothing is written.
+    """
+    turned = rotation @ point
+    place = turned + shift
+    if place[2] < 1e-6:
+        return False
+    focal, aspect, cx, cy, k1, k2, p1, p2, k3 = inner
+    x, y, depth = place[0] / place[2], place[1] / place[2], place[2]
+    square = x * x + y * y
+    radial = 1.0 + square * (k1 + square * (k2 + square * k3))
+    slope = 2.0 * (k1 + square * (2.0 * k2 + 3.0 * square * k3))
+    bent = np.array(
+        [
+            x * radial + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x),
+            y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y,
+        ]
+    )
+    scale = np.array([focal, focal * aspect])
+    pixel[0], pixel[1] = scale[0] * bent[0] + cx, scale[1] * bent[1] + cy
+    cross = slope * x * y + 2.0 * p1 * x + 2.0 * p2 * y
+    by_flat = np.array(
+        [
+            [radial + slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x, cross],
+            [cross, radial + slope * y * y + 6.0 * p1 * y + 2.0 * p2 * x],
+        ]
+    )
+    by_camera[0, 0], by_camera[1, 0] = bent[0], aspect * bent[1]
+    by_camera[0, 1], by_camera[1, 1] = 0.0, focal * bent[1]
+    by_camera[0, 2], by_camera[1, 2] = 1.0, 0.0
+    by_camera[0, 3], by_camera[1, 3] = 0.0, 1.0
+    lens = np.array(
+        [
+            [x * square, x * square**2, 2.0 * x * y, square + 2.0 * x * x, x * square**3],
+            [y * square, y * square**2, square + 2.0 * y * y, 2.0 * x * y, y * square**3],
+        ]
+    )
+    for k in range(2):
+        for m in range(5):
+            by_camera[k, 4 + m] = scale[k] * lens[k, m]
+        a, b = scale[k] * by_flat[k, 0] / depth, scale[k] * by_flat[k, 1] / depth
+        c = -a * x - b * y
+        by_camera[k, 9] = c * turned[1] - b * turned[2]
+        by_camera[k, 10] = a * turned[2] - c * turned[0]
+        by_camera[k, 11] = b * turned[0] - a * turned[1]
+        by_camera[k, 12], by_camera[k, 13], by_camera[k, 14] = a, b, c
+        for m in range(3):
+            by_point[k, m] = a * rotation[0, m] + b * rotation[1, m] + c * rotation[2, m]
+    return True
+
+
+@njit(cache=True)
+def _linearise(
+    inner: Floats, rotations: Floats, shifts: Floats, points: Floats, views: Integers, owners: Integers, pixels: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return residuals (M, 2), infinite behind a camera, and their derivatives (M, 2, 15) and (M, 2, 3)."""
+    residuals = np.empty((len(views), 2))
+    by_camera = np.zeros((len(views), 2, N_ALL))
+    by_point = np.zeros((len(views), 2, 3))
+    pixel = np.empty(2)
+    for m in range(len(views)):
+        c = views[m]
+        if observe(inner[c], rotations[c], shifts[c], points[owners[m]], pixel, by_camera[m], by_point[m]):
+            residuals[m] = pixel - pixels[m]
+        else:
+            residuals[m] = np.inf
+    return residuals, by_camera, by_point
+
+
+@njit(cache=True)
+def _eliminate(
+    residuals: Floats, by_camera: Floats, by_point: Floats, views: Integers, starts: Integers, n_views: int, damping: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return the reduced normal equations of the cameras, and what gives the points back.
+
+    ``by_camera`` (M, 2, F) holds the free parameters only; the observations of point n are ``starts[n]:starts[n+1]``.
+    """
+    n_free = by_camera.shape[2]
+    n_points = len(starts) - 1
+    matrix = np.zeros((n_views, n_free, n_views, n_free))
+    diagonal = np.zeros((n_views, n_free))
+    right = np.zeros((n_views, n_free))
+    inverses = np.empty((n_points, 3, 3))
+    gradients = np.zeros((n_points, 3))
+    mixed = np.empty((len(views), n_free, 3))
+    for n in range(n_points):
+        block = np.zeros((3, 3))
+        for m in range(starts[n], starts[n + 1]):
+            block += by_point[m].T @ by_point[m]
+            gradients[n] += by_point[m].T @ residuals[m]
+            mixed[m] = by_camera[m].T @ by_point[m]
+        for k in range(3):
+            block[k, k] *= 1.0 + damping
+            block[k, k] += 1e-12
+        inverses[n] = np.linalg.inv(block)
+        for m in range(starts[n], starts[n + 1]):
+            c = views[m]
+            own = by_camera[m].T @ by_camera[m]
+            matrix[c, :, c, :] += own
+            diagonal[c] += np.diag(own)
+            weighted = mixed[m] @ inverses[n]
+            right[c] += by_camera[m].T @ residuals[m] - weighted @ gradients[n]
+            for other in range(starts[n], starts[n + 1]):
+                matrix[c, :, views[other], :] -= weighted @ mixed[other].T
+    size = n_views * n_free
+    return matrix.reshape(size, size), diagonal.reshape(size), right.reshape(size), inverses, gradients
+
+
+@njit(cache=True)
+def _point_steps(
+    steps: Floats, mixed_by_camera: Floats, by_point: Floats, views: Integers, starts: Integers, inverses: Floats, gradients: Floats
+) -> Floats:
+    """Return the steps (N, 3) of the points that go with the ``steps`` (C, F) of the cameras."""
+    moved = np.empty((len(starts) - 1, 3))
+    for n in range(len(moved)):
+        pull = gradients[n].copy()
+        for m in range(starts[n], starts[n + 1]):
+            pull += by_point[m].T @ (mixed_by_camera[m] @ steps[views[m]])
+        moved[n] = -inverses[n] @ pull
+    return moved
+
+
+def adjust(
+    rig: Rig,
+    points: Floats,
+    observations: Floats,
+    used: Mask,
+    *,
+    free: Sequence[str] = SELF,
+    prior: tuple[Floats, Floats] | None = None,
+    iterations: int = 50,
+) -> tuple[Rig, Floats]:
+    """Return the rig and the points (N, 3) that fit the used observations best.
+
+    Parameters
+    ----------
+    rig, points : where to start; NaN for points that nothing is used of.
+    observations : pixels (C, N, 2).
+    used : (C, N), the observations that count; every point two or none.
+    free : names of ``INNER`` that may change; poses always may.
+    prior : values and weights (px^2 per unit^2), each (C, 9): adds the sum of weight * (inner - value)^2.
+    """
+    owners, views = np.nonzero(used.T)
+    kept, owners = np.unique(owners, return_inverse=True)
+    starts = np.concatenate([[0], np.cumsum(used.sum(axis=0)[kept])])
+    pixels = np.ascontiguousarray(observations[:, kept][views, owners])
+    values, weights = prior if prior is not None else (rig.inner, np.zeros_like(rig.inner))
+    columns = np.array([INNER.index(name) for name in free] + list(range(N_INNER, N_ALL)))
+    inside = columns[: len(free)]
+
+    def measure(rig: Rig, points: Floats) -> tuple[float, tuple[Floats, Floats, Floats]]:
+        linear = _linearise(rig.inner, rig.rotations, rig.shifts, points, views, owners, pixels)
+        pull = weights[:, inside] * (rig.inner - values)[:, inside] ** 2
+        return float((linear[0] ** 2).sum() + pull.sum()), linear
+
+    places = np.ascontiguousarray(points[kept])
+    cost, (residuals, by_camera, by_point) = measure(rig, places)
+    damping = 1e-3
+    for _ in range(iterations):
+        chosen = np.ascontiguousarray(by_camera[:, :, columns])
+        matrix, diagonal, right, inverses, gradients = _eliminate(
+            residuals, chosen, by_point, views, starts, len(rig.inner), damping
+        )
+        pulls = np.zeros((len(rig.inner), len(columns)))
+        pulls[:, : len(free)] = weights[:, inside]
+        right = right.reshape(pulls.shape).copy()
+        right[:, : len(free)] += pulls[:, : len(free)] * (rig.inner - values)[:, inside]
+        np.fill_diagonal(matrix, matrix.diagonal() + pulls.ravel() + damping * (diagonal + pulls.ravel()) + 1e-12)
+        steps = -np.linalg.solve(matrix, right.ravel()).reshape(pulls.shape)
+        tried = _moved(rig, steps, inside)
+        tried_places = places + _point_steps(steps, chosen, by_point, views, starts, inverses, gradients)
+        tried_cost, linear = measure(tried, tried_places)
+        if not tried_cost < cost:
+            damping *= 10.0
+            if damping > 1e8:
+                break
+            continue
+        settled = cost - tried_cost < 1e-9 * cost
+        rig, places, cost = tried, tried_places, tried_cost
+        residuals, by_camera, by_point = linear
+        damping = max(damping / 10.0, 1e-9)
+        if settled:
+            break
+    adjusted = np.full_like(points, np.nan)
+    adjusted[kept] = places
+    return rig, adjusted
+
+
+def _moved(rig: Rig, steps: Floats, inside: Integers) -> Rig:
+    inner = rig.inner.copy()
+    inner[:, inside] += steps[:, : len(inside)]
+    turns = Rotation.from_rotvec(steps[:, len(inside) : len(inside) + 3]).as_matrix()
+    return Rig(inner, turns @ rig.rotations, rig.shifts + steps[:, len(inside) + 3 :])
+
+
+def residuals(rig: Rig, points: Floats, observations: Floats) -> Floats:
+    """Return the pixel distances (C, N) of projected points (N, 3) and observations; NaN where either is missing."""
+    seen = ~np.isnan(observations[..., 0]) & ~np.isnan(points[:, 0])
+    owners, views = np.nonzero(seen.T)
+    pixels = np.ascontiguousarray(observations[views, owners])
+    apart, _, _ = _linearise(rig.inner, rig.rotations, rig.shifts, np.ascontiguousarray(points), views, owners, pixels)
+    distances = np.full(seen.shape, np.nan)
+    distances[views, owners] = np.hypot(apart[:, 0], apart[:, 1])
+    return distances

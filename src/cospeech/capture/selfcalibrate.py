@@ -1,0 +1,147 @@
+"""Self-calibration of a rig from points that its cameras saw at the same time, such as a roaming laser spot.
+
+The way of T. Svoboda, D. Martinec and T. Pajdla, A convenient multicamera self-calibration for virtual environments,
+Presence 2005: trusted observations by pairwise epipolar geometry, projective factorisation with missing data,
+Euclidean upgrade, and bundle adjustment with the lens in rounds that leave out fewer and fewer outliers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture import bundle, consensus, epipolar, factorisation, quality
+from cospeech.capture.camera import Camera
+from cospeech.capture.upgrade import upgrade
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+WIDE = 0.005
+"""First outlier threshold, relative to the picture's diagonal: the lens is not known yet."""
+FOCAL_GUESSES = (1.0, 0.6, 1.7, 3.0)
+"""Focal lengths that the upgrade is tried with, relative to the longer side of the picture."""
+STARTS = 6
+"""Chains of subsets that are tried."""
+ENOUGH = 0.9
+"""Share of the trusted observations with which a start is taken without trying others."""
+
+CENTRE_DOUBT = 0.03
+"""Standard deviation of the principal point from the middle, relative to the longer side."""
+LENS_DOUBT = 0.3
+"""Standard deviation of k1 and k2."""
+
+ROUNDS = 6
+MEDIAN = 1.1774
+"""Median length of a vector of two normal numbers, in their standard deviations."""
+OUTLYING = 3.7
+"""Distances above this many standard deviations are outliers: one in a thousand of those that are not."""
+
+
+def calibrate(
+    names: list[str], observations: Floats, sizes_px: list[tuple[int, int]], seed: int = 0
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return the cameras, the points (N, 3) and which observations (C, N) they rest on.
+
+    The frame is that of the first camera, and the unit the mean distance of the other cameras from it: see ``axes``.
+
+    Parameters
+    ----------
+    names, sizes_px : of the C cameras.
+    observations : pixels (C, N, 2) of N points, NaN where not seen.
+
+    Raises
+    ------
+    UserError : where the observations cannot determine the rig.
+    """
+    quality.require_common_points(names, observations)
+    rng = np.random.default_rng(seed)
+    diagonal = float(np.hypot(*np.max(sizes_px, axis=0)))
+    pairs, trusted = epipolar.vote(observations, WIDE * diagonal, rng)
+    quality.require_linked(names, trusted)
+    cameras = _start(names, observations, sizes_px, pairs, trusted, rng)
+    cameras, points, used = refine(cameras, observations, WIDE * diagonal)
+    quality.require_determined(cameras, points, used, observations)
+    return cameras, points, used
+
+
+def _start(
+    names: list[str],
+    observations: Floats,
+    sizes_px: list[tuple[int, int]],
+    pairs: dict[tuple[int, int], Floats],
+    trusted: Mask,
+    rng: np.random.Generator,
+) -> list[Camera]:
+    """Return the first cameras, without lens, that most trusted observations agree with."""
+    unit = float(np.max(sizes_px))
+    middles = (np.array(sizes_px, dtype=float) - 1.0) / 2.0
+    flat = (observations - middles[:, None]) / unit
+    to_pixels = np.array([[[unit, 0.0, x], [0.0, unit, y], [0.0, 0.0, 1.0]] for x, y in middles])
+    flat_pairs = {(i, j): to_pixels[j].T @ f @ to_pixels[i] for (i, j), f in pairs.items()}
+    seen = np.where(trusted[..., None], observations, np.nan)
+    threshold = WIDE * float(np.hypot(*np.max(sizes_px, axis=0)))
+    best, most = None, -1
+    for projective, points in factorisation.chains(flat, trusted, flat_pairs, rng, STARTS):
+        for guess in FOCAL_GUESSES:
+            found = upgrade(projective, points[~np.isnan(points[:, 0])], guess)
+            if found is None:
+                continue
+            focals, rotations, shifts, _ = found
+            rig = _normal(focals * unit, middles, rotations, shifts)
+            blank = [Camera(n, s, (1.0, 1.0), (0.0, 0.0)) for n, s in zip(names, sizes_px, strict=True)]
+            cameras = bundle.to_cameras(rig, blank)
+            for wide in (4.0, 2.0):
+                cameras, _, _ = _round(cameras, seen, wide * threshold, iterations=15)
+            _, used = consensus.agree(cameras, seen, threshold)
+            if used.sum() > most:
+                best, most = cameras, int(used.sum())
+            if most >= ENOUGH * trusted.sum():
+                return cameras
+    if best is None:
+        raise quality.undetermined("no start from any subset of its cameras reaches all of them")
+    return best
+
+
+def _normal(focals: Floats, middles: Floats, rotations: Floats, shifts: Floats) -> bundle.Rig:
+    """Return the rig in the frame of its first camera, the others at mean distance one."""
+    inner = np.zeros((len(focals), bundle.N_INNER))
+    inner[:, 0], inner[:, 1], inner[:, 2:4] = focals, 1.0, middles
+    turned = rotations @ rotations[0].T
+    shifted = shifts - turned @ shifts[0]
+    return bundle.Rig(inner, turned, shifted / np.linalg.norm(shifted[1:], axis=1).mean())
+
+
+def _round(
+    cameras: list[Camera], observations: Floats, threshold_px: float, iterations: int = 50
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return the cameras adjusted to what agrees on them within ``threshold_px``, its points, and what agreed."""
+    points, used = consensus.agree(cameras, observations, threshold_px)
+    prior = _prior(cameras, threshold_px / OUTLYING)
+    rig = bundle.from_cameras(cameras)
+    rig, points = bundle.adjust(rig, points, observations, used, prior=prior, iterations=iterations)
+    return bundle.to_cameras(rig, cameras), points, used
+
+
+def _prior(cameras: list[Camera], noise_px: float) -> tuple[Floats, Floats]:
+    """Return the weak prior of ``bundle.adjust``, scaled by the noise, as squared pixels are not standardised."""
+    values = np.zeros((len(cameras), bundle.N_INNER))
+    weights = np.zeros_like(values)
+    for row, camera in enumerate(cameras):
+        values[row, 2:4] = (np.array(camera.size_px) - 1.0) / 2.0
+        weights[row, 2:4] = (noise_px / (CENTRE_DOUBT * max(camera.size_px))) ** 2
+        weights[row, 4:6] = (noise_px / LENS_DOUBT) ** 2
+    return values, weights
+
+
+def refine(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[list[Camera], Floats, Mask]:
+    """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
+
+    The threshold starts at ``threshold_px`` and follows the noise, which the median distance of a round tells.
+    """
+    for _ in range(ROUNDS):
+        cameras, points, used = _round(cameras, observations, threshold_px)
+        distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
+        noise = float(np.median(distances[used])) / MEDIAN
+        threshold_px = min(threshold_px, OUTLYING * noise)
+    return _round(cameras, observations, threshold_px)
