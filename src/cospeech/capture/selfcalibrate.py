@@ -26,7 +26,7 @@ STARTS = 6
 ENOUGH = 0.9
 """Share of the trusted observations with which a start is taken without trying others."""
 
-CENTRE_DOUBT = 0.03
+CENTRE_DOUBT = 0.015
 """Standard deviation of the principal point from the middle, relative to the longer side."""
 LENS_DOUBT = 0.3
 """Standard deviation of k1 and k2."""
