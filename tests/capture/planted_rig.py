@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cospeech.capture import consensus
 from cospeech.capture.camera import Camera, look, project
 
 SIZE = (1392, 1040)
@@ -45,12 +46,8 @@ def apart(cameras, truth, actor_m):
 
     The points are seen without noise, and triangulated by what was found; the similarity is fitted to them too.
     """
-    from cospeech.capture import consensus
-
     focal = np.mean([abs(c.focal_px[0] / t.focal_px[0] - 1) for c, t in zip(cameras, truth, strict=True)])
     seen = np.array([project(camera, actor_m) for camera in truth])
     found, _ = consensus.agree(cameras, seen, 50.0)
-    from cospeech.capture import bundle
-    rig = bundle.from_cameras(cameras)
     scale, rotation, shift = similarity(found, actor_m)
     return focal, np.linalg.norm(scale * found @ rotation.T + shift - actor_m, axis=1)

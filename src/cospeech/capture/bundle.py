@@ -123,7 +123,13 @@ def observe(
 
 @njit(cache=True)
 def _linearise(
-    inner: Floats, rotations: Floats, shifts: Floats, points: Floats, views: Integers, owners: Integers, pixels: Floats
+    inner: Floats,
+    rotations: Floats,
+    shifts: Floats,
+    points: Floats,
+    views: Integers,
+    owners: Integers,
+    pixels: Floats,
 ) -> tuple[Floats, Floats, Floats]:
     """Return residuals (M, 2), infinite behind a camera, and their derivatives (M, 2, 15) and (M, 2, 3)."""
     residuals = np.empty((len(views), 2))
@@ -141,7 +147,13 @@ def _linearise(
 
 @njit(cache=True)
 def _eliminate(
-    residuals: Floats, by_camera: Floats, by_point: Floats, views: Integers, starts: Integers, n_views: int, damping: float
+    residuals: Floats,
+    by_camera: Floats,
+    by_point: Floats,
+    views: Integers,
+    starts: Integers,
+    n_views: int,
+    damping: float,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the reduced normal equations of the cameras, and what gives the points back.
 
@@ -180,7 +192,13 @@ def _eliminate(
 
 @njit(cache=True)
 def _point_steps(
-    steps: Floats, mixed_by_camera: Floats, by_point: Floats, views: Integers, starts: Integers, inverses: Floats, gradients: Floats
+    steps: Floats,
+    mixed_by_camera: Floats,
+    by_point: Floats,
+    views: Integers,
+    starts: Integers,
+    inverses: Floats,
+    gradients: Floats,
 ) -> Floats:
     """Return the steps (N, 3) of the points that go with the ``steps`` (C, F) of the cameras."""
     moved = np.empty((len(starts) - 1, 3))
@@ -238,7 +256,7 @@ def adjust(
         right = right.reshape(pulls.shape).copy()
         right[:, : len(free)] += pulls[:, : len(free)] * (rig.inner - values)[:, inside]
         np.fill_diagonal(matrix, matrix.diagonal() + pulls.ravel() + damping * (diagonal + pulls.ravel()) + 1e-12)
-        steps = -np.linalg.solve(matrix, right.ravel()).reshape(pulls.shape)
+        steps = -np.asarray(np.linalg.solve(matrix, right.ravel()), dtype=np.float64).reshape(pulls.shape)
         tried = _moved(rig, steps, inside)
         tried_places = places + _point_steps(steps, chosen, by_point, views, starts, inverses, gradients)
         tried_cost, linear = measure(tried, tried_places)
@@ -270,7 +288,9 @@ def residuals(rig: Rig, points: Floats, observations: Floats) -> Floats:
     seen = ~np.isnan(observations[..., 0]) & ~np.isnan(points[:, 0])
     owners, views = np.nonzero(seen.T)
     pixels = np.ascontiguousarray(observations[views, owners])
-    apart, _, _ = _linearise(rig.inner, rig.rotations, rig.shifts, np.ascontiguousarray(points), views, owners, pixels)
+    apart, _, _ = _linearise(
+        rig.inner, rig.rotations, rig.shifts, np.ascontiguousarray(points), views, owners, pixels
+    )
     distances = np.full(seen.shape, np.nan)
     distances[views, owners] = np.hypot(apart[:, 0], apart[:, 1])
     return distances

@@ -3,8 +3,8 @@
 The scaled measurements of the best covered views have rank four (P. Sturm and B. Triggs, A factorization based
 algorithm for multi-image projective structure and motion, ECCV 1996): depths come from the epipolar geometry and are
 then refined by alternation. Views and points that this leaves out are joined one by one: points are triangulated from
-the cameras at hand, cameras are resected from the points at hand. Where few points are seen by many views at once, the
-start is a pair, and the rest hangs on it as a chain of overlapping subsets.
+the cameras at hand, cameras are resected from the points at hand. Where few points are seen by many views at once,
+the start is a pair, and the rest hangs on it as a chain of overlapping subsets.
 """
 
 from __future__ import annotations
@@ -70,9 +70,7 @@ def factorise(
     for _ in range(5):
         points = triangulate(cameras, flat, used)
         at = used & ~np.isnan(points[:, 0])
-        cameras = np.array(
-            [_resect(points[m], x[m], camera) for x, m, camera in zip(flat, at, cameras, strict=True)]
-        )
+        cameras = np.array([_resect(points[m], x[m], camera) for x, m, camera in zip(flat, at, cameras, strict=True)])
     return cameras, triangulate(cameras, flat, used)
 
 
@@ -109,7 +107,7 @@ def triangulate(cameras: Floats, flat: Floats, used: Mask) -> Floats:
 
 
 def _resect(points: Floats, flat: Floats, camera: Floats | None = None) -> Floats:
-    """Return the camera (3, 4) of points (n, 4) seen at (n, 2), weighted by its former estimate where there is one."""
+    """Return the camera (3, 4) of points (n, 4) seen at (n, 2), weighted by its former estimate if there is one."""
     rows = np.zeros((len(points), 2, 12))
     rows[:, 0, 0:4] = rows[:, 1, 4:8] = points
     rows[:, :, 8:12] = -flat[:, :, None] * points[:, None, :]
@@ -118,8 +116,8 @@ def _resect(points: Floats, flat: Floats, camera: Floats | None = None) -> Float
         apart = np.linalg.norm(seen[:, :2] / seen[:, 2:] - flat, axis=1)
         weight = 1.0 / (np.abs(seen[:, 2]) * np.sqrt(1.0 + (apart / (np.median(apart) + 1e-9)) ** 2))
         rows *= weight[:, None, None]
-    rows = rows.reshape(-1, 12)
-    found = np.linalg.eigh(rows.T @ rows)[1][:, 0].reshape(3, 4)
+    equations = rows.reshape(-1, 12)
+    found = np.linalg.eigh(equations.T @ equations)[1][:, 0].reshape(3, 4)
     return found / np.linalg.norm(found)
 
 

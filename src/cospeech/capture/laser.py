@@ -117,7 +117,7 @@ def sightings(camera: str, pictures: Iterable[tuple[Plane, Plane, Plane]], width
 def observations(table: pd.DataFrame, names: list[str]) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return pixels (C, N, 2) of the cameras ``names``, NaN where not seen, and the N frames that any of them saw."""
     frames, columns = np.unique(table["frame"].to_numpy(), return_inverse=True)
-    rows = pd.Index(names).get_indexer(table["camera"])
+    rows = pd.Index(names).get_indexer(pd.Index(table["camera"]))
     pixels = np.full((len(names), len(frames), 2), np.nan)
     pixels[rows[rows >= 0], columns[rows >= 0]] = table[["x_px", "y_px"]].to_numpy()[rows >= 0]
     return pixels, frames.astype(np.int64)

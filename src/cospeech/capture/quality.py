@@ -46,7 +46,9 @@ def require_common_points(names: Sequence[str], observations: Floats) -> None:
         raise undetermined(f"{n_common} points are seen by two or more cameras, at least {LEAST_POINTS} are needed")
     for name, own in zip(names, shared.sum(axis=1), strict=True):
         if own < LEAST_OF_A_CAMERA:
-            raise undetermined(f"camera {name} shares {own} points with others, at least {LEAST_OF_A_CAMERA} are needed")
+            raise undetermined(
+                f"camera {name} shares {own} points with others, at least {LEAST_OF_A_CAMERA} are needed"
+            )
 
 
 def require_linked(names: Sequence[str], trusted: Mask) -> None:
