@@ -1,7 +1,7 @@
 """The cameras of the rig, from the laser spots that they saw together and from where they are stated to be."""
 
-from cospeech import job
-from cospeech.capture import axes, camera, laser, quality, selfcalibrate
+from cospeech import job, tables
+from cospeech.capture import axes, camera, fingerprint, laser, quality, rig_picture, selfcalibrate
 
 with job.run(snakemake) as work:
     rig = camera.from_table(work.read(work.input.rig, "cameras"))
@@ -12,6 +12,11 @@ with job.run(snakemake) as work:
     trust = quality.table(found, points, used, observations)
     for row in trust.itertuples():
         work.say(f"{row.camera}: {row.rms_px:.3f} px over {row.n_points} points, {row.coverage:.0%} of the picture")
-    placed = axes.by_places(found, {view.name: view.place_m for view in rig}).cameras(found)
+    change = axes.by_places(found, {view.name: view.place_m for view in rig})
+    placed = change.cameras(found)
     table = camera.to_table(placed).merge(trust[["camera", "rms_px", "n_points"]], on="camera", validate="1:1")
     work.write(table, work.output.cameras, "cameras")
+    trust["footage"] = [fingerprint.of(path) for path in work.input.films]
+    work.write(trust, work.output.quality, "calibration_quality")
+    with tables.replacing(work.output.picture) as path:
+        rig_picture.save(rig_picture.draw(placed, change.points(points)), path)

@@ -41,10 +41,13 @@ if config["studio"]["film"]:
     # Of the studio's own rig just what a person can state: the names, the sizes of the pictures, the places.
     rule calibrate:
         input:
+            films=rules.studio_laser.output.films,
             laser=rules.laser.output.laser,
             rig=rules.studio_rig.output.cameras,
         output:
             cameras=f"{RESULTS}/capture/cameras.parquet",
+            quality=f"{RESULTS}/capture/calibration_quality.parquet",
+            picture=f"{RESULTS}/capture/rig.png",
         log:
             f"{RESULTS}/logs/calibrate.log",
         benchmark:

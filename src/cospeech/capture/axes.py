@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +42,28 @@ class Similarity:
             turn, shift = Rotation.from_matrix(rotation).as_rotvec(), -rotation @ self.points(camera.place_m)
             moved.append(replace(camera, turn=tuple(turn.tolist()), shift_m=tuple(shift.tolist())))
         return moved
+
+
+def stated(cameras: Sequence[Camera], facts: Mapping[str, Any]) -> Similarity:
+    """Return the similarity that the stated facts of a rig give.
+
+    Parameters
+    ----------
+    facts : ``places_m``, camera names to (x, y, z); or ``distance_m`` with ``between``, two camera names. A distance
+        alone gives the metre, and leaves the axes those of the first camera.
+
+    Raises
+    ------
+    UserError : where the facts are none of these, or do not determine the change.
+    """
+    if set(facts) == {"places_m"}:
+        return by_places(cameras, facts["places_m"])
+    if set(facts) == {"distance_m", "between"}:
+        first, second = facts["between"]
+        return by_distance(cameras, first, second, facts["distance_m"])
+    raise UserError(
+        f"calibration: facts {sorted(facts)} give no metre; state places_m, or distance_m and between, of cameras"
+    )
 
 
 def by_distance(cameras: Sequence[Camera], first: str, second: str, distance_m: float) -> Similarity:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.capture import bundle, consensus, epipolar, factorisation, quality
+from cospeech.capture import bundle, consensus, epipolar, factorisation, quality, rounds
 from cospeech.capture.camera import Camera
 from cospeech.capture.upgrade import upgrade
 
@@ -25,17 +25,6 @@ STARTS = 6
 """Chains of subsets that are tried."""
 ENOUGH = 0.9
 """Share of the trusted observations with which a start is taken without trying others."""
-
-CENTRE_DOUBT = 0.015
-"""Standard deviation of the principal point from the middle, relative to the longer side."""
-LENS_DOUBT = 0.3
-"""Standard deviation of k1 and k2."""
-
-ROUNDS = 6
-MEDIAN = 1.1774
-"""Median length of a vector of two normal numbers, in their standard deviations."""
-OUTLYING = 3.7
-"""Distances above this many standard deviations are outliers: one in a thousand of those that are not."""
 
 
 def calibrate(
@@ -60,7 +49,7 @@ def calibrate(
     pairs, trusted = epipolar.vote(observations, WIDE * diagonal, rng)
     quality.require_linked(names, trusted)
     cameras = _start(names, observations, sizes_px, pairs, trusted, rng)
-    cameras, points, used = refine(cameras, observations, WIDE * diagonal)
+    cameras, points, used = rounds.rounds(cameras, observations, WIDE * diagonal)
     quality.require_determined(cameras, points, used, observations)
     return cameras, points, used
 
@@ -92,7 +81,7 @@ def _start(
             blank = [Camera(n, s, (1.0, 1.0), (0.0, 0.0)) for n, s in zip(names, sizes_px, strict=True)]
             cameras = bundle.to_cameras(rig, blank)
             for wide in (4.0, 2.0):
-                cameras, _, _ = _round(cameras, seen, wide * threshold, iterations=15)
+                cameras, _, _ = rounds.adjust(cameras, seen, wide * threshold, iterations=15)
             _, used = consensus.agree(cameras, seen, threshold)
             if used.sum() > most:
                 best, most = cameras, int(used.sum())
@@ -110,38 +99,3 @@ def _normal(focals: Floats, middles: Floats, rotations: Floats, shifts: Floats) 
     turned = rotations @ rotations[0].T
     shifted = shifts - turned @ shifts[0]
     return bundle.Rig(inner, turned, shifted / np.linalg.norm(shifted[1:], axis=1).mean())
-
-
-def _round(
-    cameras: list[Camera], observations: Floats, threshold_px: float, iterations: int = 50
-) -> tuple[list[Camera], Floats, Mask]:
-    """Return the cameras adjusted to what agrees on them within ``threshold_px``, its points, and what agreed."""
-    points, used = consensus.agree(cameras, observations, threshold_px)
-    prior = _prior(cameras, threshold_px / OUTLYING)
-    rig = bundle.from_cameras(cameras)
-    rig, points = bundle.adjust(rig, points, observations, used, prior=prior, iterations=iterations)
-    return bundle.to_cameras(rig, cameras), points, used
-
-
-def _prior(cameras: list[Camera], noise_px: float) -> tuple[Floats, Floats]:
-    """Return the weak prior of ``bundle.adjust``, scaled by the noise, as squared pixels are not standardised."""
-    values = np.zeros((len(cameras), bundle.N_INNER))
-    weights = np.zeros_like(values)
-    for row, camera in enumerate(cameras):
-        values[row, 2:4] = (np.array(camera.size_px) - 1.0) / 2.0
-        weights[row, 2:4] = (noise_px / (CENTRE_DOUBT * max(camera.size_px))) ** 2
-        weights[row, 4:6] = (noise_px / LENS_DOUBT) ** 2
-    return values, weights
-
-
-def refine(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[list[Camera], Floats, Mask]:
-    """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
-
-    The threshold starts at ``threshold_px`` and follows the noise, which the median distance of a round tells.
-    """
-    for _ in range(ROUNDS):
-        cameras, points, used = _round(cameras, observations, threshold_px)
-        distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
-        noise = float(np.median(distances[used])) / MEDIAN
-        threshold_px = min(threshold_px, OUTLYING * noise)
-    return _round(cameras, observations, threshold_px)
