@@ -86,11 +86,18 @@ def rounds(
 ) -> tuple[list[Camera], Floats, Mask]:
     """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
 
-    The threshold starts at ``threshold_px`` and follows the noise, which the median distance of a round tells.
+    The threshold starts at ``threshold_px`` and follows the noise, see ``_noise``.
     """
     for _ in range(ROUNDS):
         cameras, points, used = adjust(cameras, observations, threshold_px, free=free)
-        distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
-        noise = float(np.median(distances[used])) / MEDIAN
+        noise = _noise(cameras, points, observations, used, n_free=len(free) + len(bundle.POSE))
         threshold_px = min(threshold_px, max(OUTLYING * noise, FINEST_PX))
     return adjust(cameras, observations, threshold_px, free=free)
+
+
+def _noise(cameras: Sequence[Camera], points: Floats, observations: Floats, used: Mask, n_free: int) -> float:
+    """Return the noise in pixels that the median distance tells, given back what points and cameras took of it."""
+    distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
+    told = 2 * int(used.sum())
+    taken = 3 * int(used.any(axis=0).sum()) + n_free * len(cameras)
+    return float(np.median(distances[used])) / MEDIAN * np.sqrt(told / max(told - taken, 0.05 * told))

@@ -1,0 +1,140 @@
+"""Calibrations made elsewhere: the TOML of Pose2Sim and of caliscope, and the ways in which it can be wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cospeech.capture import fingerprint, given
+from cospeech.capture.camera import project
+from cospeech.errors import UserError
+
+SHARED = Path(__file__).parents[3] / "shared/data"
+POSE2SIM = SHARED / "pose2sim_balancing"
+CALISCOPE = SHARED / "caliscope_charuco/camera_array.toml"
+
+FLAT = """
+[cam_01]
+name = "left"
+size = [ 1088.0, 1920.0]
+matrix = [ [ 1681.2, 0.0, 532.9], [ 0.0, 1681.0, 948.1], [ 0.0, 0.0, 1.0]]
+distortions = [ -0.1, 0.02, 0.001, 0.002]
+rotation = [ 0.0, 0.0, 1.5707963267948966]
+translation = [ 0.3, 0.9, 2.8]
+fisheye = false
+
+[metadata]
+adjusted = false
+"""
+
+
+def save(tmp_path, text):
+    path = tmp_path / "calibration.toml"
+    path.write_text(text)
+    return path
+
+
+def test_pose2sim_has_its_cameras_at_the_top(tmp_path):
+    (camera,) = given.read(save(tmp_path, FLAT))
+    assert (camera.name, camera.size_px, camera.focal_px) == ("left", (1088, 1920), (1681.2, 1681.0))
+    assert camera.lens == (-0.1, 0.02, 0.001, 0.002, 0.0)
+    np.testing.assert_allclose(camera.rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+
+
+def test_caliscope_has_them_below_and_its_rotations_may_be_matrices(tmp_path):
+    text = FLAT.replace("[cam_01]\nname = \"left\"", "[cameras.3]").replace(
+        "[ 0.0, 0.0, 1.5707963267948966]", "[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]"
+    ).replace("0.002]", "0.002, 0.07]")  # fmt: skip
+    (camera,) = given.read(save(tmp_path, text))
+    (other,) = given.read(save(tmp_path, FLAT))
+    assert (camera.name, camera.lens[4]) == ("cam_3", 0.07)
+    np.testing.assert_allclose(camera.rotation, other.rotation, atol=1e-12)
+
+
+def test_a_world_with_z_up_is_turned(tmp_path):
+    path = save(tmp_path, FLAT)
+    (there,), (here,) = given.read(path), given.read(path, up="z")
+    point = np.array([0.3, -0.2, 0.7])
+    np.testing.assert_allclose(project(here, point[[1, 2, 0]]), project(there, point), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("[cam_01]", "[cam_01", "no TOML"),
+        ("matrix", "matrices", "holds no camera"),
+        ("size", "sizes", "camera cam_01: 'size' is missing"),
+        ("fisheye = false", "fisheye = true", "fisheye"),
+        ("0.02, 0.001, 0.002]", "0.02]", "wrong size"),
+        ("-0.1,", '"x",', "no number"),
+        ("-0.1,", "nan,", "infinite or missing"),
+        ("1681.2", "-1681.2", "above 0"),
+        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "no rotation"),
+    ],
+)
+def test_what_is_no_calibration_is_refused(tmp_path, old, new, reason):
+    with pytest.raises(UserError, match=reason):
+        given.read(save(tmp_path, FLAT.replace(old, new, 1)))
+
+
+def test_a_missing_file_is_named():
+    with pytest.raises(UserError, match=r"nowhere\.toml: no such calibration"):
+        given.read("nowhere.toml")
+
+
+def test_a_calibration_belongs_to_its_films(tmp_path):
+    films = {name: tmp_path / f"{name}.mkv" for name in ("c1", "c2")}
+    for name, path in films.items():
+        path.write_bytes(name.encode() * 1000)
+    recorded = {name: fingerprint.of(path) for name, path in films.items()}
+    fingerprint.check(recorded, films)
+    with pytest.raises(UserError, match="c2, which has no film"):
+        fingerprint.check(recorded, {"c1": films["c1"]})
+    with pytest.raises(UserError, match="knows no camera c2"):
+        fingerprint.check({"c1": recorded["c1"]}, films)
+    films["c2"].write_bytes(b"other")
+    with pytest.raises(UserError, match=r"c2\.mkv: the calibration belongs to other footage"):
+        fingerprint.check(recorded, films)
+    with pytest.raises(UserError, match="no such film"):
+        fingerprint.of(tmp_path / "none.mkv")
+
+
+def trc_points():
+    path = POSE2SIM / "points_3d/S00_P00_T01_BalancingTrial_0-100.trc"
+    lines = path.read_text().splitlines()
+    names = [name for name in lines[3].split("\t")[2:] if name]
+    rows = [[float(value) if value else np.nan for value in line.split("\t")[2:]] for line in lines[5:] if line.strip()]
+    return names, np.array([row[: 3 * len(names)] for row in rows]).reshape(len(rows), len(names), 3)
+
+
+@pytest.mark.recorded
+@pytest.mark.skipif(not POSE2SIM.is_dir(), reason="needs the real recordings in ../shared/data/pose2sim_balancing")
+def test_pose2sims_points_fall_on_its_keypoints():
+    cameras = given.read(POSE2SIM / "calibration/Calib_qualisys.toml", up="z")
+    names, points = trc_points()
+    wrists = {"RWrist": 4, "LWrist": 7, "RAnkle": None, "Nose": 0}
+    body25b = {"Nose": 0, "LWrist": 9, "RWrist": 10, "LKnee": 13, "RKnee": 14}
+    del wrists
+    apart = []
+    for camera in cameras:
+        for name, number in body25b.items():
+            seen = project(camera, points[:, names.index(name)])
+            for frame in range(len(points)):
+                path = next((POSE2SIM / f"pose/{camera.name.replace('_', '')}_json").glob(f"*{frame:04d}.json"))
+                people = [
+                    np.reshape(person["pose_keypoints_2d"], (-1, 3))[number] for person in json.loads(path.read_text())["people"]
+                ]
+                miss = [np.hypot(*(key[:2] - seen[frame])) for key in people if key[2] > 0.5]
+                if miss:
+                    apart.append(min(miss))
+    assert len(apart) > 1000
+    assert np.median(apart) < 6.0
+
+
+@pytest.mark.recorded
+@pytest.mark.skipif(not CALISCOPE.is_file(), reason="needs the real recordings in ../shared/data/caliscope_charuco")
+def test_caliscopes_cameras_are_read():
+    cameras = given.read(CALISCOPE)
+    assert [camera.name for camera in cameras] == ["cam_0", "cam_1", "cam_2", "cam_3"]
+    assert cameras[0].focal_px == pytest.approx((903.550124, 907.878867))
