@@ -1,4 +1,4 @@
-"""Metre and axes: the planted similarity is undone by each kind of fact, and facts that tell too little are refused."""
+"""Metre and axes: the planted similarity is undone by each kind of fact, and facts that tell too little refused."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_a_distance_gives_the_metre(rig):
 
 
 def test_a_wand_gives_the_metre(rig):
-    _, points, _, moved_points = rig
+    moved_points = rig[3]
     ends = np.stack([moved_points[:20], moved_points[:20] + 0.4 * 0.5 * np.array([0.6, 0.0, 0.8])], axis=1)
     ends[3] = np.nan
     assert axes.by_wand(ends, 0.5).scale == pytest.approx(1 / 0.4)

@@ -1,14 +1,12 @@
 """Linear triangulation against points that Pose2Sim published for the same keypoints and cameras."""
 
 import json
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cospeech.capture import linear
-from cospeech.capture.camera import Camera
+from cospeech.capture import given, linear
 
 BALANCING = Path(__file__).parents[3] / "shared" / "data" / "pose2sim_balancing"
 NECK = 17
@@ -19,19 +17,7 @@ KEYPOINTS = (12, 14, 16, 22, 23, 24, 11, 13, 15, 19, 20, 21, NECK, 18, 0, 6, 8, 
 @pytest.mark.recorded
 @pytest.mark.skipif(not BALANCING.is_dir(), reason="pose2sim_balancing is not beside the project")
 def test_points_of_pose2sim_are_found_again_with_a_second_person_in_view():
-    rig = tomllib.loads((BALANCING / "calibration" / "Calib_qualisys.toml").read_text())
-    cameras = [
-        Camera(
-            name,
-            (int(c["size"][0]), int(c["size"][1])),
-            (c["matrix"][0][0], c["matrix"][1][1]),
-            (c["matrix"][0][2], c["matrix"][1][2]),
-            turn=tuple(c["rotation"]),
-            shift_m=tuple(c["translation"]),
-        )
-        for name, c in sorted(rig.items())
-        if name != "metadata"
-    ]
+    cameras = given.read(BALANCING / "calibration" / "Calib_qualisys.toml")
     trc = np.genfromtxt(
         BALANCING / "points_3d" / "S00_P00_T01_BalancingTrial_0-100.trc", skip_header=5, delimiter="\t"
     )[:, 2:65].reshape(-1, 21, 3)

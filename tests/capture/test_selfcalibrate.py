@@ -87,7 +87,10 @@ def test_pycolmap_agrees_on_the_same_points():
         )  # fmt: skip
         second.add_camera_with_trivial_rig(inside)
         image = pycolmap.Image(
-            name=camera.name, camera_id=number + 1, image_id=number + 1, keypoints=observations[number][used[number]] + 0.5
+            name=camera.name,
+            camera_id=number + 1,
+            image_id=number + 1,
+            keypoints=observations[number][used[number]] + 0.5,
         )
         pose = pycolmap.Rigid3d(pycolmap.Rotation3d(camera.rotation), np.array(camera.shift_m))
         second.add_image_with_trivial_frame(image, pose)
@@ -109,9 +112,7 @@ def test_the_fundamental_matrix_is_that_of_the_cameras():
     truth, points, _ = plant(0)
     flat = [bundle.to_cameras(bundle.from_cameras([c]), [c])[0] for c in truth[:2]]
     k = [camera.intrinsic for camera in flat]
-    a, b = (
-        (points @ c.pose[:, :3].T + c.pose[:, 3]) @ c.intrinsic.T for c in flat
-    )
+    a, b = ((points @ c.pose[:, :3].T + c.pose[:, 3]) @ c.intrinsic.T for c in flat)
     a, b = a[:, :2] / a[:, 2:], b[:, :2] / b[:, 2:]
     found, near = epipolar.fundamental(a, b, 1.0, np.random.default_rng(0))
     rotation = flat[1].rotation @ flat[0].rotation.T

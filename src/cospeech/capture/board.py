@@ -33,8 +33,14 @@ LEAST_BOARDS = 8
 """Fewest boards that determine the inside of a camera."""
 LEAST_SHARED = 4
 """Fewest boards that join two cameras."""
+LEAST_HELD = 40
+"""Fewest corners of boards held still that a camera shares."""
 WIDE = 0.005
 """First outlier threshold, relative to the picture's diagonal."""
+STILL = 0.01
+"""How far a board may move between two pictures to join cameras, relative to the picture's diagonal."""
+FEW = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+"""Square pixels, k1 and k2: what boards in a part of the picture determine."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ class Board:
 
 
 def read(path: str | Path) -> Board:
-    """Return the board of a TOML file of caliscope (columns, rows, aruco_scale, dictionary, inverted, a square's side).
+    """Return a board from caliscope's TOML file: columns, rows, aruco_scale, dictionary, inverted, a square's side.
 
     Raises
     ------
@@ -100,33 +106,49 @@ def detect(board: Board, pictures: Iterable[Plane]) -> Floats:
 
 
 def calibrate(
-    board: Board, names: Sequence[str], corners: Floats, sizes_px: Sequence[tuple[int, int]]
+    board: Board,
+    names: Sequence[str],
+    corners: Floats,
+    sizes_px: Sequence[tuple[int, int]],
+    insides: Sequence[Camera] | None = None,
 ) -> tuple[list[Camera], Floats, Mask]:
     """Return the cameras in metres, in the frame of the first, the corners (T K, 3) and what was used (C, T K).
 
     Parameters
     ----------
     corners : pixels (C, T, K, 2) of K corners in T pictures that C cameras took together, NaN where not seen.
+    insides : cameras whose focal length, principal point and lens are known from elsewhere; their poses do not count.
 
     Raises
     ------
     UserError : where a camera saw too few boards, or none together with the others.
     """
-    cameras, poses = [], []
-    for name, size, own in zip(names, sizes_px, corners, strict=True):
-        camera, pose = _inside(board, name, size, own)
-        cameras.append(camera)
-        poses.append(pose)
-    cameras = _join(cameras, np.array(poses))
-    observations = corners.reshape(len(names), -1, 2)
+    if insides is None:
+        insides = [inside(board, *own) for own in zip(names, sizes_px, corners, strict=True)]
+    poses = np.array([_poses(board, camera, own) for camera, own in zip(insides, corners, strict=True)])
+    cameras = _join(insides, poses)
     diagonal = float(np.hypot(*np.max(np.array(sizes_px), axis=0)))
+    held = np.where(_still(corners, STILL * diagonal)[:, :, None, None], corners, np.nan)
+    observations = held.reshape(len(names), -1, 2)
+    seen = ~np.isnan(observations[..., 0])
+    for name, shared in zip(names, (seen & (seen.sum(axis=0) >= 2)).sum(axis=1), strict=True):
+        if shared < LEAST_HELD:
+            raise UserError(
+                f"calibration: {shared} corners of boards held still join camera {name} to another, at least "
+                f"{LEAST_HELD} are needed; film the board again, and move it slowly"
+            )
     cameras, points, used = rounds(cameras, observations, WIDE * diagonal, free=())
     change = _metre(board, points)
     return change.cameras(cameras), change.points(points), used
 
 
-def _inside(board: Board, name: str, size: tuple[int, int], corners: Floats) -> tuple[Camera, Floats]:
-    """Return a camera calibrated from corners (T, K, 2), and the boards' poses (T, 4, 4) before it, NaN if unseen."""
+def inside(board: Board, name: str, size_px: tuple[int, int], corners: Floats) -> Camera:
+    """Return a camera with focal length, principal point, k1 and k2 from the corners (T, K, 2) that it saw.
+
+    Raises
+    ------
+    UserError : where it saw too few boards.
+    """
     seen = ~np.isnan(corners[..., 0])
     boards = np.flatnonzero(seen.sum(axis=1) >= LEAST_CORNERS)
     if len(boards) < LEAST_BOARDS:
@@ -136,17 +158,43 @@ def _inside(board: Board, name: str, size: tuple[int, int], corners: Floats) -> 
         )
     objects = [board.corners_m[seen[b]].astype(np.float32) for b in boards]
     pixels = [corners[b][seen[b]].astype(np.float32) for b in boards]
-    _, k, lens, turns, shifts = cv2.calibrateCamera(objects, pixels, size, None, None)
-    poses = np.full((len(corners), 4, 4), np.nan)
-    for b, turn, shift in zip(boards, turns, shifts, strict=True):
-        poses[b] = np.eye(4)
-        poses[b, :3, :3], poses[b, :3, 3] = Rotation.from_rotvec(turn.ravel()).as_matrix(), shift.ravel()
+    middle = (np.array(size_px) - 1.0) / 2.0
+    start = np.array([[size_px[0], 0.0, middle[0]], [0.0, size_px[0], middle[1]], [0.0, 0.0, 1.0]])
+    _, k, lens, _, _ = cv2.calibrateCamera(objects, pixels, size_px, start, np.zeros(5), flags=FEW)
     k1, k2, p1, p2, k3 = lens.ravel()[:5].tolist()
-    focal, centre = (float(k[0, 0]), float(k[1, 1])), (float(k[0, 2]), float(k[1, 2]))
-    return Camera(name, size, focal, centre, (k1, k2, p1, p2, k3)), poses
+    return Camera(
+        name, size_px, (float(k[0, 0]), float(k[1, 1])), (float(k[0, 2]), float(k[1, 2])), (k1, k2, p1, p2, k3)
+    )
 
 
-def _join(cameras: list[Camera], poses: Floats) -> list[Camera]:
+def _poses(board: Board, camera: Camera, corners: Floats) -> Floats:
+    """Return the poses (T, 4, 4), board to camera, of boards with corners (T, K, 2); NaN where too few are seen."""
+    poses = np.full((len(corners), 4, 4), np.nan)
+    seen = ~np.isnan(corners[..., 0])
+    for b in np.flatnonzero(seen.sum(axis=1) >= LEAST_CORNERS):
+        solved, turn, shift = cv2.solvePnP(
+            board.corners_m[seen[b]], corners[b][seen[b]], camera.intrinsic, np.array(camera.lens)
+        )
+        if solved:
+            poses[b] = np.eye(4)
+            poses[b, :3, :3], poses[b, :3, 3] = Rotation.from_rotvec(turn.ravel()).as_matrix(), shift.ravel()
+    return poses
+
+
+def _still(corners: Floats, limit_px: float) -> Mask:
+    """Return in which pictures (C, T) the board moved less than ``limit_px`` since the one before or to the next.
+
+    Cameras that are not exactly in step see a moving board in different places.
+    """
+    steps = np.linalg.norm(np.diff(corners, axis=1), axis=-1)
+    both = ~np.isnan(steps)
+    moved = np.where(both, steps, 0.0).sum(axis=2) / np.maximum(both.sum(axis=2), 1)
+    moved[~both.any(axis=2)] = np.inf
+    edge = np.full((len(corners), 1), np.inf)
+    return np.minimum(np.hstack([edge, moved]), np.hstack([moved, edge])) < limit_px
+
+
+def _join(cameras: Sequence[Camera], poses: Floats) -> list[Camera]:
     """Return the cameras in the frame of the first, joined where most boards are shared, from poses (C, T, 4, 4)."""
     seen = ~np.isnan(poses[..., 0, 0])
     placed = {0: np.eye(4)}
@@ -157,8 +205,8 @@ def _join(cameras: list[Camera], poses: Floats) -> list[Camera]:
         (i, j), most = max(shared.items(), key=lambda item: (item[1], item[0]))
         if most < LEAST_SHARED:
             raise UserError(
-                f"calibration: camera {cameras[j].name} shares {most} boards with the others, at least {LEAST_SHARED} "
-                "are needed; show the board to neighbouring cameras together"
+                f"calibration: camera {cameras[j].name} shares {most} boards with the others, at least "
+                f"{LEAST_SHARED} are needed; show the board to neighbouring cameras together"
             )
         steps = poses[j][seen[i] & seen[j]] @ np.linalg.inv(poses[i][seen[i] & seen[j]])
         placed[j] = _middle(steps) @ placed[i]

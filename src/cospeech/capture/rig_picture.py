@@ -1,4 +1,4 @@
-"""A picture of a calibrated rig: its cameras and the points they were calibrated from, from above and from the side."""
+"""A picture of a calibrated rig: its cameras and the points behind them, from above and from the side."""
 
 from __future__ import annotations
 
