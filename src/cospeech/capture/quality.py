@@ -23,8 +23,8 @@ LEAST_COVERAGE = 0.08
 """Share of a picture's 8 x 6 fields in which points were seen."""
 LEAST_DEPTH = 0.03
 """Smallest over largest extent of the cloud of points: below it, the points are as good as in one plane."""
-LEAST_KEPT = 0.5
-"""Share of the observations of a camera that must agree with the solution."""
+LEAST_KEPT = 0.25
+"""Share of a camera's observations that must agree; with 30 % outliers and few views many find no partner."""
 FIELDS = (8, 6)
 
 ADVICE = "film the spot again, roaming through the whole stage at all heights"
@@ -72,7 +72,7 @@ def require_determined(cameras: Sequence[Camera], points: Floats, used: Mask, ob
     seen = ~np.isnan(observations[..., 0])
     several = seen & (seen.sum(axis=0) >= 2)
     for name, kept, own in zip(names, used.sum(axis=1), several.sum(axis=1), strict=True):
-        if kept < max(LEAST_OF_A_CAMERA, LEAST_KEPT * LEAST_KEPT * own):
+        if kept < max(LEAST_OF_A_CAMERA, LEAST_KEPT * own):
             raise undetermined(f"only {kept} of {own} points of camera {name} agree with the other cameras")
     extents = np.linalg.svd(points[used.any(axis=0)] - points[used.any(axis=0)].mean(axis=0), compute_uv=False)
     if extents[2] < LEAST_DEPTH * extents[0]:
