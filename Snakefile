@@ -33,6 +33,10 @@ try:
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
+# Whether the records come as films, one of each camera of the rig.
+FILMED = VIRTUAL and config["studio"]["film"]
+VIEWS = [f"c{number}" for number in range(1, 6)] if FILMED else []
+
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
 MAIN = configuration.main_setting(config)
 SWEEP = configuration.sweep_settings(config)
@@ -86,7 +90,7 @@ rule markers:
     input:
         expand(
             f"{RESULTS}/export/{{record}}.{{format}}",
-            record=RECORDS if config["studio"]["film"] else [],
+            record=RECORDS if FILMED else [],
             format=["trc", "c3d", "bvh"],
         ),
 

@@ -1,8 +1,7 @@
 # From films to joint angles: markers in every view and in the world, then the body that carries them.
 
-if config["studio"]["film"]:
+if FILMED:
 
-    VIEWS = [f"c{number}" for number in range(1, 6)]
     RANGES = {actor: f"range~{actor}" for actor in ACTORS}
     TAKE = "|".join([*RECORDS, *RANGES.values()])
 

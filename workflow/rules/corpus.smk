@@ -51,7 +51,7 @@ rule record:
         length_tolerance_s=config["corpus"]["length_tolerance_s"],
         labels=config["phrases"]["gesture"]["labels"],
         frame_s=config["speech"]["frame_s"],
-        filmed=VIRTUAL and config["studio"]["film"],
+        filmed=FILMED,
         corpus=config["corpus"]["name"],
         code=code("corpus/record"),
     message:

@@ -100,7 +100,7 @@ rule studio_features:
         "../../scripts/studio/studio_features.py"
 
 
-if config["studio"]["film"]:
+if VIRTUAL and FILMED:
 
     rule studio_rig:
         output:
@@ -123,7 +123,7 @@ if config["studio"]["film"]:
         input:
             cameras=rules.studio_rig.output.cameras,
         output:
-            films=[f"{RESULTS}/corpus/raw/laser/c{number}.mkv" for number in range(1, 6)],
+            films=[f"{RESULTS}/corpus/raw/laser/{view}.mkv" for view in VIEWS],
             laser=f"{RESULTS}/corpus/truth/laser.parquet",
         log:
             f"{RESULTS}/logs/studio_laser.log",
@@ -142,7 +142,7 @@ if config["studio"]["film"]:
         input:
             cameras=rules.studio_rig.output.cameras,
         output:
-            films=[f"{RESULTS}/corpus/raw/range~{{actor}}/c{number}.mkv" for number in range(1, 6)],
+            films=[f"{RESULTS}/corpus/raw/range~{{actor}}/{view}.mkv" for view in VIEWS],
             motion=f"{RESULTS}/corpus/truth/motion_range~{{actor}}.parquet",
             markers_2d=f"{RESULTS}/corpus/truth/markers_2d_range~{{actor}}.parquet",
             markers_3d=f"{RESULTS}/corpus/truth/markers_3d_range~{{actor}}.parquet",
@@ -165,7 +165,7 @@ if config["studio"]["film"]:
             motion=rules.studio_take.output.motion,
             cameras=rules.studio_rig.output.cameras,
         output:
-            films=[f"{RESULTS}/corpus/raw/{{record}}/c{number}.mkv" for number in range(1, 6)],
+            films=[f"{RESULTS}/corpus/raw/{{record}}/{view}.mkv" for view in VIEWS],
             markers_2d=f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet",
             markers_3d=f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet",
         log:
