@@ -36,7 +36,7 @@ def write_wav(path, seconds, rate=16000):
 
 
 def take(tolerance_s=1.0, **fields):
-    return intake.take(given_record(**fields), DECLARED, LABELS, 0.025, tolerance_s)
+    return intake.take(given_record(**fields), fields.get("motion"), DECLARED, LABELS, 0.025, tolerance_s)
 
 
 @pytest.mark.parametrize(("body_s", "voice_s"), [(3.0, 3.0), (3.0, 3.4), (3.4, 3.0), (3.05, 3.02)])

@@ -1,23 +1,33 @@
-# From films to joint angles: markers in every view and in the world, then the body that carries them.
+# From films or markers to joint angles: markers in every view and in the world, then the body that carries them.
+
+
+def films_of(wildcards):
+    """The films of a take, one of each camera."""
+    return TAKES[wildcards.take]
+
+
+def marker_file_of(wildcards):
+    """The file of another system that holds the markers of a take."""
+    return TAKES[wildcards.take][0]
+
+
+def by_hand(kind):
+    """The file of clicks or corrections of a take, where a person made one."""
+
+    def given(wildcards):
+        folder = config["capture"][kind]
+        path = Path(folder or "", f"{wildcards.take}.csv")
+        return [str(path)] if folder and path.is_file() else []
+
+    return given
+
+
+def range_of_motion(wildcards):
+    """The markers of the range-of-motion take of the record's actor."""
+    return f"{RESULTS}/capture/range~{actor_of(wildcards.record)}/markers_3d.parquet"
+
 
 if FILMED:
-
-    RANGES = {actor: f"range~{actor}" for actor in ACTORS}
-    TAKE = "|".join([*RECORDS, *RANGES.values()])
-
-    def by_hand(kind):
-        """The file of clicks or corrections of a take, where a person made one."""
-
-        def given(wildcards):
-            folder = config["capture"][kind]
-            path = Path(folder or "", f"{wildcards.take}.csv")
-            return [str(path)] if folder and path.is_file() else []
-
-        return given
-
-    def range_of_motion(wildcards):
-        """The markers of the range-of-motion take of the record's actor."""
-        return f"{RESULTS}/capture/{RANGES[actor_of(wildcards.record)]}/markers_3d.parquet"
 
     rule laser:
         input:
@@ -63,7 +73,7 @@ if FILMED:
     rule track:
         input:
             cameras=rules.calibrate.output.cameras,
-            films=expand(f"{RESULTS}/corpus/raw/{{{{take}}}}/{{view}}.mkv", view=VIEWS),
+            films=films_of,
             clicks=by_hand("clicks"),
             corrections=by_hand("corrections"),
         output:
@@ -75,7 +85,7 @@ if FILMED:
         benchmark:
             f"{RESULTS}/benchmarks/track/{{take}}.tsv"
         wildcard_constraints:
-            take=TAKE,
+            take="|".join(FILMED),
         params:
             settings=config["capture"]["track"],
             corpus=config["corpus"]["name"],
@@ -84,6 +94,34 @@ if FILMED:
             "markers of {wildcards.take} in every view and in the world"
         script:
             "../../scripts/capture/track.py"
+
+
+if len(TAKES) > len(FILMED):
+
+    rule marker_file:
+        input:
+            file=marker_file_of,
+        output:
+            world=f"{RESULTS}/capture/{{take}}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{take}}/marker_spans.parquet",
+        log:
+            f"{RESULTS}/logs/marker_file/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/marker_file/{{take}}.tsv"
+        wildcard_constraints:
+            take="|".join(take for take in TAKES if take not in FILMED),
+        params:
+            markers=config["corpus"]["markers"],
+            longest_hidden_s=config["capture"]["track"]["longest_hidden_s"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/marker_file"),
+        message:
+            "markers of {wildcards.take} as another system measured them"
+        script:
+            "../../scripts/capture/marker_file.py"
+
+
+if TAKES:
 
     rule skeleton:
         input:

@@ -409,7 +409,7 @@ if VIRTUAL:
 else:
     ABSENT.append("What a program planted, and the oracle that knows it, as real people were recorded.")
 EXHIBITS = list(dict.fromkeys([*TABLES, *FIGURES]))
-FILMED = list(RECORDS) if "motion" in BRINGS else []
+MOVING = list(RECORDS) if "motion" in BRINGS else []
 
 
 rule page:
@@ -423,8 +423,8 @@ rule page:
         annotations=f"{RESULTS}/corpus/annotations.parquet",
         scores=rules.session_scores.output.scores,
         differences=rules.differences.output.differences,
-        statistics=[rules.motion_statistics.output.statistics] if FILMED else [],
-        videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=FILMED),
+        statistics=[rules.motion_statistics.output.statistics] if MOVING else [],
+        videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
     output:
         page=f"{REPORTS}/index.html",
     log:
@@ -448,8 +448,8 @@ rule page:
             + [f"tables/{exhibit}.csv" for _ in range(exhibit in TABLES)]
             for exhibit in EXHIBITS
         },
-        filmed=FILMED,
-        video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in FILMED},
+        filmed=MOVING,
+        video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in MOVING},
         run=config["run"],
         corpus=config["corpus"]["name"],
         code=code("report/page"),
