@@ -6,9 +6,14 @@ from cospeech.corpus.retarget import Declaration
 
 with job.run(snakemake) as work:
     given = work.params["record"]
+    late_s = 0.0
+    if work.input.get("offsets"):
+        skipped = work.read(work.input.offsets, "offsets").set_index("stream")["skipped_s"]
+        late_s = float(skipped["sound"])
     taken = intake.take(
         given,
         work.input.get("motion"),
+        late_s,
         Declaration(**work.params["motion"]),
         work.params["labels"],
         work.params["frame_s"],

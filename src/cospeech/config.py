@@ -185,7 +185,27 @@ def takes(config: Config, listed: dict[str, Record], results: str) -> dict[str, 
         given[f"range~{actor}"] = path
     if virtual:
         return {take: [f"{path}/{view}.mkv" for view in STUDIO_VIEWS] for take, path in given.items()}
-    return {take: [path] if is_marker_file(path) else films(path) for take, path in given.items()}
+    found = {take: _marker_file(path) if is_marker_file(path) else films(path) for take, path in given.items()}
+    for take, paths in found.items():
+        names = [Path(path).stem for path in paths]
+        for view in config["capture"]["offsets_s"].get(take, {}):
+            if view not in names:
+                raise UserError(f"config: capture.offsets_s.{take}: has no view '{view}'; it has {', '.join(names)}")
+    return found
+
+
+def _marker_file(path: str) -> list[str]:
+    if not Path(path).is_file():
+        raise UserError(f"config: no marker file {path}; correct its path (paths start at the project's folder)")
+    return [path]
+
+
+def offsets_s(config: Config, take: str) -> dict[str, float]:
+    """Return how much later the views of a take began, where a person says so: under its name, else for every take."""
+    given = config["capture"]["offsets_s"]
+    of_all = {view: seconds for view, seconds in given.items() if not isinstance(seconds, dict)}
+    own: dict[str, float] = given.get(take, {})
+    return of_all | own
 
 
 def films(folder: str) -> list[str]:

@@ -11,6 +11,12 @@ def marker_file_of(wildcards):
     return TAKES[wildcards.take][0]
 
 
+def sound_of(wildcards):
+    """The record's own sound, which a range-of-motion take has none of."""
+    audio = RECORDS.get(wildcards.take, {}).get("audio")
+    return [audio] if audio else []
+
+
 def by_hand(kind):
     """The file of clicks or corrections of a take, where a person made one."""
 
@@ -70,10 +76,33 @@ if FILMED:
         script:
             "../../scripts/capture/calibrate.py"
 
+    rule offsets:
+        input:
+            films=films_of,
+            sound=sound_of,
+        output:
+            offsets=f"{RESULTS}/capture/{{take}}/offsets.parquet",
+        log:
+            f"{RESULTS}/logs/offsets/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/offsets/{{take}}.tsv"
+        wildcard_constraints:
+            take="|".join(FILMED),
+        params:
+            given_s=lambda wildcards: configuration.offsets_s(config, wildcards.take),
+            corpus=config["corpus"]["name"],
+            code=code("capture/offsets"),
+        message:
+            "how far the films of {wildcards.take} are out of step"
+        script:
+            "../../scripts/capture/offsets.py"
+
     rule track:
         input:
             cameras=rules.calibrate.output.cameras,
             films=films_of,
+            # The studio's films are in step.
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{take}}/offsets.parquet",
             clicks=by_hand("clicks"),
             corrections=by_hand("corrections"),
         output:

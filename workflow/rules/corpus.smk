@@ -23,7 +23,11 @@ def files_of(wildcards):
     """The files that a record is made of; films and markers have become joint angles."""
     name, record = wildcards.record, RECORDS[wildcards.record]
     files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
-    return files | ({"motion": f"{RESULTS}/capture/{name}/motion.parquet"} if name in TAKES else {})
+    if name in TAKES:
+        files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
+    if name in FILMED and "audio" in files and not VIRTUAL:
+        files["offsets"] = f"{RESULTS}/capture/{name}/offsets.parquet"
+    return files
 
 
 def examples_of(wildcards):

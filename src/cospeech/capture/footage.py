@@ -85,7 +85,7 @@ def examine(path: str | Path) -> Film:
 
 def _span_s(packet: av.Packet) -> tuple[float, float]:
     """Return when what a packet holds starts and ends, in seconds."""
-    start = packet.dts if packet.pts is None else packet.pts
+    start = (packet.dts if packet.pts is None else packet.pts) or 0
     return float(start * packet.time_base), float((start + (packet.duration or 0)) * packet.time_base)
 
 

@@ -48,6 +48,7 @@ class Intake(NamedTuple):
 def take(
     given: Record,
     moved: str | None,
+    late_s: float,
     declared: retarget.Declaration,
     labels: list[str],
     frame_s: float,
@@ -59,6 +60,7 @@ def take(
     ----------
     given : the record as the configuration lists it: files, excerpt, actor, scenario, language.
     moved : its motion file, or the motion table that was made of its films or markers.
+    late_s : how much later than the sound the motion begins, which the sound passes over.
     declared : what motion files do not say of themselves.
     labels : the gesture classes.
     frame_s : distance of prosody frames.
@@ -70,7 +72,7 @@ def take(
     """
     excerpt = (given["start_s"] or 0.0, given["end_s"])
     body = _body(given, moved, declared, labels, *excerpt)
-    voice = _voice(given, frame_s, *excerpt)
+    voice = _voice(given, frame_s, late_s, *excerpt)
     duration, trimmed = common_length(given["record"], body.duration_s, voice.duration_s, tolerance_s)
     notes = [*body.notes, *voice.notes, *trimmed]
     row = pd.DataFrame(
@@ -129,10 +131,11 @@ def _body(
     return Body(table, fps, float(table["end_s"].iloc[-1]), None, [])
 
 
-def _voice(given: Record, frame_s: float, start: float, end: float | None) -> Voice:
+def _voice(given: Record, frame_s: float, late_s: float, start: float, end: float | None) -> Voice:
     if given["audio"]:
-        heard = sound.read(given["audio"], start, end)
-        return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, heard.notes)
+        heard = sound.read(given["audio"], start + late_s, end if end is None else end + late_s)
+        passed = [f"sound taken from {late_s:.3f} s on, where the films begin"] if late_s else []
+        return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, [*passed, *heard.notes])
     table = own.prosody(given["prosody"], frame_s)
     first, last = _rows(given["prosody"], len(table), frame_s, start, end)
     return Voice(None, table.iloc[first:last], np.nan, (last - first) * frame_s, [])
