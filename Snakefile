@@ -31,6 +31,7 @@ try:
     RECORDS = configuration.records(config, RESULTS)
     BRINGS = configuration.brings(RECORDS)
     TAKES = configuration.takes(config, RECORDS, RESULTS)
+    OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
@@ -52,15 +53,21 @@ wildcard_constraints:
 
 
 include: "workflow/rules/common.smk"
-include: "workflow/rules/studio.smk"
-include: "workflow/rules/capture.smk"
-include: "workflow/rules/corpus.smk"
-include: "workflow/rules/speech.smk"
-include: "workflow/rules/phrases.smk"
-include: "workflow/rules/synthesis.smk"
-include: "workflow/rules/animation.smk"
-include: "workflow/rules/evaluation.smk"
-include: "workflow/rules/report.smk"
+include: "workflow/rules/calibration.smk"
+
+
+# Without records a run calibrates a rig, and nothing else.
+if RECORDS:
+
+    include: "workflow/rules/studio.smk"
+    include: "workflow/rules/capture.smk"
+    include: "workflow/rules/corpus.smk"
+    include: "workflow/rules/speech.smk"
+    include: "workflow/rules/phrases.smk"
+    include: "workflow/rules/synthesis.smk"
+    include: "workflow/rules/animation.smk"
+    include: "workflow/rules/evaluation.smk"
+    include: "workflow/rules/report.smk"
 
 
 localrules:
@@ -68,13 +75,14 @@ localrules:
     sweep,
     annotate,
     markers,
+    calibration,
     verify,
 
 
 rule all:
     default_target: True
     input:
-        f"{REPORTS}/index.html",
+        f"{REPORTS}/index.html" if RECORDS else CALIBRATION_OUTPUTS,
 
 
 rule sweep:
@@ -94,6 +102,11 @@ rule markers:
             record=[record for record in RECORDS if record in TAKES],
             format=["trc", "c3d", "bvh"],
         ),
+
+
+rule calibration:
+    input:
+        CALIBRATION_OUTPUTS,
 
 
 rule verify:
@@ -120,7 +133,11 @@ onstart:
 
 
 onsuccess:
-    print(f"cospeech: done; the report is {REPORTS}/index.html")
+    print(
+        f"cospeech: done; the report is {REPORTS}/index.html"
+        if RECORDS
+        else f"cospeech: done; see {RESULTS}/capture"
+    )
 
 
 onerror:

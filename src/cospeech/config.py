@@ -106,7 +106,8 @@ def _impossible(config: Config) -> list[str]:
     corpus = config["corpus"]
     if (corpus["name"] == "virtual") != (corpus["source"] == "studio"):
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
-    if corpus["source"] == "recorded" and not corpus["records"]:
+    problems += _impossible_calibration(config["capture"]["calibration"])
+    if corpus["source"] == "recorded" and not corpus["records"] and not calibrates(config):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
     up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
     if up[-1] == facing[-1]:
@@ -128,6 +129,37 @@ def _impossible(config: Config) -> list[str]:
         if config["studio"]["film"] and not config["studio"]["sound"]:
             problems.append("studio.film needs studio.sound: without it, records are features and nobody moves")
     return problems
+
+
+def _impossible_calibration(calibration: Config) -> list[str]:
+    problems = []
+    method, kinds = calibration["method"], {key for fact in calibration["facts"] for key in fact}
+    if method == "board" and not (calibration["films"] and calibration["board"]):
+        problems.append("capture.calibration: a board needs films, a folder, and board, the path of its definition")
+    if method == "given" and not calibration["file"]:
+        problems.append("capture.calibration.file: name the TOML of the calibration that is given")
+    if method == "board" and (kinds - {"origin_frame"} or len(calibration["facts"]) > 1):
+        problems.append("capture.calibration.facts: a board takes [], or one {origin_frame: ...}")
+    return problems
+
+
+def calibrates(config: Config) -> bool:
+    """Return whether the configuration names a calibration of its own, in films or as a file."""
+    calibration = config["capture"]["calibration"]
+    return calibration["method"] == "given" or bool(calibration["films"])
+
+
+def calibration_films(config: Config) -> dict[str, str]:
+    """Return the films of a calibration take of one's own by camera, sorted; none where it is given or the studio's.
+
+    Raises
+    ------
+    UserError : where the folder is missing or holds no films, or two of one camera.
+    """
+    calibration = config["capture"]["calibration"]
+    if calibration["method"] == "given" or not calibration["films"]:
+        return {}
+    return {Path(path).stem: path for path in films(calibration["films"])}
 
 
 def records(config: Config, results: str) -> dict[str, Record]:
@@ -175,6 +207,12 @@ def takes(config: Config, listed: dict[str, Record], results: str) -> dict[str, 
         if record["views"] or is_marker_file(record["motion"])
     }
     virtual = config["corpus"]["source"] == "studio"
+    for name, record in listed.items():
+        if record["views"] and not virtual and not calibrates(config):
+            raise UserError(
+                f"config: record '{name}' comes as films, whose cameras must be known; name films or a file of their "
+                "calibration in capture.calibration"
+            )
     for actor in dict.fromkeys(listed[name]["actor"] for name in given):
         path = f"{results}/corpus/raw/range~{actor}" if virtual else config["capture"]["ranges"].get(actor)
         if path is None:
@@ -201,7 +239,7 @@ def _marker_file(path: str) -> list[str]:
 
 
 def offsets_s(config: Config, take: str) -> dict[str, float]:
-    """Return how much later the views of a take began, where a person says so: under its name, else for every take."""
+    """Return how much later the views of a take began, where a person says so: under its name, or for every take."""
     given = config["capture"]["offsets_s"]
     of_all = {view: seconds for view, seconds in given.items() if not isinstance(seconds, dict)}
     own: dict[str, float] = given.get(take, {})
@@ -230,7 +268,7 @@ def films(folder: str) -> list[str]:
 
 
 def brings(listed: dict[str, Record]) -> frozenset[str]:
-    """Return what every record of the corpus brings: motion or gestures, and audio or prosody.
+    """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
 
     Raises
     ------
@@ -244,6 +282,8 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
             missing = "motion (or views, or gestures)" if body is None else "audio (or prosody)"
             raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
         kinds[name] = frozenset({body, voice})
+    if not kinds:
+        return frozenset()
     first_name, first = next(iter(kinds.items()))
     for name, kind in kinds.items():
         if kind != first:

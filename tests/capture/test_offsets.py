@@ -42,11 +42,14 @@ def write(path, samples, seconds=SECONDS):
         stream.width, stream.height, stream.pix_fmt = 72, 48, "yuvj444p"
         if samples is not None:
             voice = container.add_stream("aac" if path.suffix == ".mp4" else "pcm_s16le", rate=RATE_HZ, layout="mono")
+        dark = draw((72, 48), [], noise=0)
         for _ in range(round(seconds * FPS)):
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(draw((72, 48), [], noise=0), format="yuvj444p")))
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(dark, format="yuvj444p")))
         container.mux(stream.encode())
         if samples is not None:
-            sound = av.AudioFrame.from_ndarray((32767 * np.clip(samples, -1, 1)).astype(np.int16)[None], layout="mono")
+            sound = av.AudioFrame.from_ndarray(
+                (32767 * np.clip(samples, -1, 1)).astype(np.int16)[None], layout="mono"
+            )
             sound.sample_rate, sound.pts, sound.time_base = RATE_HZ, 0, Fraction(1, RATE_HZ)
             container.mux(voice.encode(sound))
             container.mux(voice.encode())

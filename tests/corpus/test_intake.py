@@ -89,7 +89,7 @@ def test_sound_that_began_before_the_films_is_taken_from_where_they_begin(tmp_pa
 
 
 def test_joint_angles_of_films_and_markers_keep_the_files_that_they_come_from(tmp_path):
-    moved = take(motion=write_bvh(tmp_path / "a.bvh", 3), audio=write_wav(tmp_path / "a.wav", 3)).body
+    moved = take(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 5)).body
     moved.to_parquet(tmp_path / "motion.parquet")
     for field, path, source in (("views", "films/a", "video"), ("motion", "a.c3d", "markers")):
         given = given_record(audio=str(tmp_path / "a.wav"), **{field: path})

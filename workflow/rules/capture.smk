@@ -35,47 +35,6 @@ def range_of_motion(wildcards):
 
 if FILMED:
 
-    rule laser:
-        input:
-            films=rules.studio_laser.output.films,
-        output:
-            laser=f"{RESULTS}/capture/laser.parquet",
-        log:
-            f"{RESULTS}/logs/laser.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/laser.tsv"
-        params:
-            views=VIEWS,
-            corpus=config["corpus"]["name"],
-            code=code("capture/laser"),
-        message:
-            "the laser spot in every view"
-        script:
-            "../../scripts/capture/laser.py"
-
-    # Of the studio's own rig just what a person can state: the names, the sizes of the pictures, the places.
-    rule calibrate:
-        input:
-            films=rules.studio_laser.output.films,
-            laser=rules.laser.output.laser,
-            rig=rules.studio_rig.output.cameras,
-        output:
-            cameras=f"{RESULTS}/capture/cameras.parquet",
-            quality=f"{RESULTS}/capture/calibration_quality.parquet",
-            picture=f"{RESULTS}/capture/rig.png",
-        log:
-            f"{RESULTS}/logs/calibrate.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/calibrate.tsv"
-        params:
-            seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/calibrate"),
-        message:
-            "the cameras of the rig"
-        script:
-            "../../scripts/capture/calibrate.py"
-
     rule offsets:
         input:
             films=films_of,
@@ -100,6 +59,7 @@ if FILMED:
     rule track:
         input:
             cameras=rules.calibrate.output.cameras,
+            calibration=rules.calibrate.input.take,
             films=films_of,
             # The studio's films are in step.
             offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{take}}/offsets.parquet",

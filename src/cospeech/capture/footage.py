@@ -46,8 +46,12 @@ class Film:
         return replace(self, first=self.first + n_frames, n_frames=self.n_frames - n_frames)
 
 
-def examine(path: str | Path) -> Film:
+def examine(path: str | Path, *, colour: bool = True) -> Film:
     """Return what a film says of itself, from its packets, without decoding a picture.
+
+    Parameters
+    ----------
+    colour : whether the colour of every pixel is needed, or brightness is enough.
 
     Raises
     ------
@@ -65,7 +69,7 @@ def examine(path: str | Path) -> Film:
             promised_s = ((container.start_time or 0) + (container.duration or 0)) / av.time_base
     except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
         raise UserError(f"{path}: no film, or its head is damaged; record or copy it again") from error
-    if colours < 3:
+    if colour and colours < 3:
         raise UserError(f"{path}: its pictures have no colour ({name}); film the markers in colour")
     starts_s = np.sort([start for is_picture, start, _ in spans_s if is_picture])
     missing = (promised_s - max((end for *_, end in spans_s), default=0.0)) * fps
@@ -110,6 +114,37 @@ def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: i
                 f"{film.path}: pictures are {film.size_px[0]}x{film.size_px[1]}, camera {camera.name} was calibrated "
                 f"at {camera.size_px[0]}x{camera.size_px[1]}{turned}; film and calibrate at one size"
             )
+    return in_step(films, most_frames_apart)
+
+
+def in_order(films: Sequence[Film], cameras: Sequence[Camera]) -> list[Camera]:
+    """Return the cameras in the order of their films, which are named like them.
+
+    Raises
+    ------
+    UserError : where a camera has no film, or a film no camera.
+    """
+    names, known = [film.path.stem for film in films], {camera.name: camera for camera in cameras}
+    if sorted(names) != sorted(known):
+        raise UserError(
+            f"{films[0].path.parent}: films of {', '.join(names)} for a rig of {', '.join(known)}; give one film, "
+            "named like it, for each camera of the rig"
+        )
+    return [known[name] for name in names]
+
+
+def in_step(films: Sequence[Film], most_frames_apart: int) -> int:
+    """Return the number of frames that all films of a take have.
+
+    Parameters
+    ----------
+    most_frames_apart : how many frames the views may differ in length.
+
+    Raises
+    ------
+    UserError : where their frame rate or length does not fit.
+    """
+    for film in films:
         if abs(film.fps - films[0].fps) > 1e-3 * films[0].fps:
             raise UserError(
                 f"{film.path}: {film.fps:g} frames/s, but {films[0].path.name} has {films[0].fps:g}; "
@@ -125,7 +160,18 @@ def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: i
     return shortest
 
 
-def _pictures(film: Film) -> Generator[Planes]:
+def brightness(film: Film) -> Generator[Plane]:
+    """Yield the brightness (H, W) of each picture, whatever its colours.
+
+    Raises
+    ------
+    UserError : where a picture cannot be decoded.
+    """
+    for frame in _decoded(film):
+        yield np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+
+
+def _decoded(film: Film) -> Generator[av.VideoFrame]:
     try:
         with av.open(film.path) as container:
             container.streams.video[0].thread_type = "NONE"
@@ -135,7 +181,7 @@ def _pictures(film: Film) -> Generator[Planes]:
                         f"{film.path}: is to be shown turned by {frame.rotation} degrees; turn its pictures "
                         "themselves, as ffmpeg does when it converts, or film upright"
                     )
-                yield planes(frame)
+                yield frame
     except av.FFmpegError as error:
         raise UserError(f"{film.path}: a picture is damaged ({error}); copy the film again") from error
 
@@ -165,7 +211,7 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
     UserError : where a film ends early or a picture cannot be decoded.
     """
     with ExitStack() as stack:
-        views = [_pictures(film) for film in films]
+        views = [_decoded(film) for film in films]
         for view in views:
             stack.callback(view.close)
         for frame in range(n_frames):
@@ -174,5 +220,5 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
                 picture = next(view, None)
                 if picture is None:
                     raise UserError(f"{film.path}: ends at frame {frame} of {n_frames}; copy the film again")
-                pictures.append(picture)
+                pictures.append(planes(picture))
             yield pictures

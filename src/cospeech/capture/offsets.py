@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import av
 import numpy as np
@@ -66,7 +66,7 @@ def listen(path: str | Path) -> Floats:
                 return np.empty(0)
             resampler = av.AudioResampler(format="flt", layout="mono", rate=RATE_HZ)
             start_s = 0.0
-            parts: list[npt.NDArray[np.float32]] = []
+            parts: list[npt.NDArray[Any]] = []
             for frame in container.decode(audio=0):
                 start_s = start_s if parts else frame.time or 0.0
                 parts += [part.to_ndarray().ravel() for part in resampler.resample(frame)]
