@@ -224,12 +224,23 @@ def takes(config: Config, listed: dict[str, Record], results: str) -> dict[str, 
     if virtual:
         return {take: [f"{path}/{view}.mkv" for view in STUDIO_VIEWS] for take, path in given.items()}
     found = {take: _marker_file(path) if is_marker_file(path) else films(path) for take, path in given.items()}
-    for take, paths in found.items():
-        names = [Path(path).stem for path in paths]
-        for view in config["capture"]["offsets_s"].get(take, {}):
-            if view not in names:
-                raise UserError(f"config: capture.offsets_s.{take}: has no view '{view}'; it has {', '.join(names)}")
+    _check_offsets(config["capture"]["offsets_s"], found)
     return found
+
+
+def _check_offsets(given: Config, found: dict[str, list[str]]) -> None:
+    """Raise UserError where an offset is that of no take, or of a view that the take does not have."""
+    views = {take: [Path(path).stem for path in paths] for take, paths in found.items()}
+    every = sorted({view for names in views.values() for view in names})
+    for key, value in given.items():
+        if isinstance(value, dict) and key not in views:
+            raise UserError(f"config: capture.offsets_s: no take is called '{key}'; takes are {', '.join(views)}")
+        known, asked = (views[key], list(value)) if isinstance(value, dict) else (every, [key])
+        for view in asked:
+            if view not in known:
+                raise UserError(
+                    f"config: capture.offsets_s: no view is called '{view}'; views are {', '.join(known)}"
+                )
 
 
 def _marker_file(path: str) -> list[str]:
@@ -258,7 +269,7 @@ def films(folder: str) -> list[str]:
             f"config: {folder}: no such folder of films, and no marker file ({', '.join(MARKER_FILES)}); correct its "
             "path (paths start at the project's folder)"
         )
-    found = sorted(path for path in Path(folder).iterdir() if path.suffix.lower() in FILMS)
+    found = sorted(path for path in Path(folder).glob("[!.]*") if path.suffix.lower() in FILMS)
     if not found:
         raise UserError(f"config: {folder}: no film lies there; known are {', '.join(FILMS)}")
     for name, count in Counter(path.stem for path in found).items():
