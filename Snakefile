@@ -30,6 +30,7 @@ try:
     config.update(ordered)
     RECORDS = configuration.records(config, RESULTS)
     BRINGS = configuration.brings(RECORDS)
+    OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
@@ -51,15 +52,21 @@ wildcard_constraints:
 
 
 include: "workflow/rules/common.smk"
-include: "workflow/rules/studio.smk"
-include: "workflow/rules/capture.smk"
-include: "workflow/rules/corpus.smk"
-include: "workflow/rules/speech.smk"
-include: "workflow/rules/phrases.smk"
-include: "workflow/rules/synthesis.smk"
-include: "workflow/rules/animation.smk"
-include: "workflow/rules/evaluation.smk"
-include: "workflow/rules/report.smk"
+include: "workflow/rules/calibration.smk"
+
+
+# Without records a run calibrates a rig, and nothing else.
+if RECORDS:
+
+    include: "workflow/rules/studio.smk"
+    include: "workflow/rules/capture.smk"
+    include: "workflow/rules/corpus.smk"
+    include: "workflow/rules/speech.smk"
+    include: "workflow/rules/phrases.smk"
+    include: "workflow/rules/synthesis.smk"
+    include: "workflow/rules/animation.smk"
+    include: "workflow/rules/evaluation.smk"
+    include: "workflow/rules/report.smk"
 
 
 localrules:
@@ -67,13 +74,14 @@ localrules:
     sweep,
     annotate,
     markers,
+    calibration,
     verify,
 
 
 rule all:
     default_target: True
     input:
-        f"{REPORTS}/index.html",
+        f"{REPORTS}/index.html" if RECORDS else CALIBRATION_OUTPUTS,
 
 
 rule sweep:
@@ -93,6 +101,11 @@ rule markers:
             record=RECORDS if FILMED else [],
             format=["trc", "c3d", "bvh"],
         ),
+
+
+rule calibration:
+    input:
+        CALIBRATION_OUTPUTS,
 
 
 rule verify:
@@ -119,7 +132,11 @@ onstart:
 
 
 onsuccess:
-    print(f"cospeech: done; the report is {REPORTS}/index.html")
+    print(
+        f"cospeech: done; the report is {REPORTS}/index.html"
+        if RECORDS
+        else f"cospeech: done; see {RESULTS}/capture"
+    )
 
 
 onerror:

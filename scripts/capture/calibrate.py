@@ -1,22 +1,48 @@
-"""The cameras of the rig, from the laser spots that they saw together and from where they are stated to be."""
+"""The cameras of the rig: from a laser's spot or a board that they saw together, or from a file."""
+
+import numpy as np
 
 from cospeech import job, tables
-from cospeech.capture import axes, camera, fingerprint, laser, quality, rig_picture, selfcalibrate
+from cospeech.capture import (
+    axes,
+    board,
+    camera,
+    fingerprint,
+    footage,
+    given,
+    laser,
+    quality,
+    rig_picture,
+    selfcalibrate,
+)
 
 with job.run(snakemake) as work:
-    rig = camera.from_table(work.read(work.input.rig, "cameras"))
-    names = [view.name for view in rig]
-    observations, _ = laser.observations(work.read(work.input.laser, "laser"), names)
-    sizes_px = [view.size_px for view in rig]
-    found, points, used = selfcalibrate.calibrate(names, observations, sizes_px, work.params["seed"])
-    trust = quality.table(found, points, used, observations)
-    for row in trust.itertuples():
-        work.say(f"{row.camera}: {row.rms_px:.3f} px over {row.n_points} points, {row.coverage:.0%} of the picture")
-    change = axes.by_places(found, {view.name: view.place_m for view in rig})
-    placed = change.cameras(found)
-    table = camera.to_table(placed).merge(trust[["camera", "rms_px", "n_points"]], on="camera", validate="1:1")
+    method, facts = work.params["method"], work.params["facts"]
+    if method == "given":
+        cameras, points_m = given.read(work.input.take[0], work.params["up"]), np.empty((0, 3))
+        trust = quality.unknown(cameras)
+    else:
+        films = [footage.examine(path, colour=method == "laser") for path in work.input.take]
+        names, sizes_px = [film.path.stem for film in films], [film.size_px for film in films]
+        if method == "laser":
+            observations, frames = laser.observations(work.read(work.input.laser, "laser"), names)
+            found, points, used = selfcalibrate.calibrate(names, observations, sizes_px, work.params["seed"])
+            change = axes.stated(found, facts, points, frames)
+        else:
+            declared = board.read(work.input.board)
+            corners = board.observations(declared, work.read(work.input.corners, "corners"), names)
+            found, points, used = board.calibrate(declared, names, corners, sizes_px)
+            observations = corners.reshape(len(names), -1, 2)
+            change = board.lying(declared, points, facts)
+        trust = quality.table(found, points, used, observations)
+        cameras, points_m = change.cameras(found), change.points(points)
+        for row in trust.itertuples():
+            work.say(
+                f"{row.camera}: {row.rms_px:.3f} px over {row.n_points} points, {row.coverage:.0%} of the picture"
+            )
+    table = camera.to_table(cameras).merge(trust[["camera", "rms_px", "n_points"]], on="camera", validate="1:1")
+    table["footage"] = table["camera"].map(fingerprint.of_take(list(table["camera"]), work.input.take))
     work.write(table, work.output.cameras, "cameras")
-    trust["footage"] = [fingerprint.of(path) for path in work.input.films]
     work.write(trust, work.output.quality, "calibration_quality")
     with tables.replacing(work.output.picture) as path:
-        rig_picture.save(rig_picture.draw(placed, change.points(points)), path)
+        rig_picture.save(rig_picture.draw(cameras, points_m), path)

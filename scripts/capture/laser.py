@@ -6,10 +6,11 @@ from cospeech import job
 from cospeech.capture import footage, laser
 
 with job.run(snakemake) as work:
+    films = [footage.examine(path) for path in work.input.films]
+    footage.in_step(films, work.params["most_frames_apart"])
     views = []
-    for name, path in zip(work.params["views"], work.input.films, strict=True):
-        film = footage.examine(path)
+    for film in films:
         pictures = (pictures[0] for pictures in footage.read([film], film.n_frames))
-        views.append(laser.sightings(name, pictures, film.size_px[0]))
-        work.say(f"{name}: the spot in {len(views[-1])} of {film.n_frames} frames")
+        views.append(laser.sightings(film.path.stem, pictures, film.size_px[0]))
+        work.say(f"{film.path.stem}: the spot in {len(views[-1])} of {film.n_frames} frames")
     work.write(pd.concat(views, ignore_index=True), work.output.laser, "laser")

@@ -1,12 +1,14 @@
 """Follow the markers of one record through its films: where they are in every view and in the world."""
 
 from cospeech import job
-from cospeech.capture import camera, clicks, follow, footage, quality_sheet, sights
+from cospeech.capture import camera, clicks, fingerprint, follow, footage, quality_sheet, sights
 
 with job.run(snakemake) as work:
     settings = work.params["settings"]
-    cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
+    rig = work.read(work.input.cameras, "cameras")
+    fingerprint.check(dict(zip(rig["camera"], rig["footage"], strict=True)), work.input.calibration)
     films = [footage.examine(path) for path in work.input.films]
+    cameras = footage.in_order(films, camera.from_table(rig))
     n_frames = footage.check(films, cameras, settings["most_frames_apart"])
     found = follow.follow(
         films,

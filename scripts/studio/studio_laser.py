@@ -4,14 +4,12 @@ from cospeech import job, tables
 from cospeech.capture import camera
 from cospeech.studio import film, laser, rig
 
-N_FRAMES = 600
-
 with job.run(snakemake) as work:
     seed = work.params["seed"]
     cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
-    seen = laser.sightings(cameras, laser.roam(N_FRAMES, seed), seed)
+    seen = laser.sightings(cameras, laser.walk(laser.N_FRAMES, seed), seed)
     for view, path in zip(cameras, work.output.films, strict=True):
         rows = seen[seen["camera"] == view.name]
         with tables.replacing(path) as temporary:
-            film.encode(temporary, laser.frames(view, rows, N_FRAMES, seed), rig.FPS)
+            film.encode(temporary, laser.frames(view, rows, laser.N_FRAMES, seed), rig.FPS)
     work.write(seen, work.output.laser, "laser")

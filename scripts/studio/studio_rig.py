@@ -6,4 +6,4 @@ from cospeech.studio import rig
 
 with job.run(snakemake) as work:
     cameras = camera.to_table(rig.cameras(work.params["width_px"], work.params["seed"]))
-    work.write(cameras.assign(rms_px=float("nan"), n_points=None), work.output.cameras, "cameras")
+    work.write(cameras.assign(rms_px=float("nan"), n_points=None, footage=None), work.output.cameras, "cameras")

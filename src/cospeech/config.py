@@ -20,6 +20,7 @@ RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "audio",
     "prosody", "gestures", "annotations", "start_s", "end_s",
 )  # fmt: skip
+FILM_ENDINGS = (".mkv", ".mp4", ".avi", ".mov")
 FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
 
 Config = dict[str, Any]
@@ -96,7 +97,8 @@ def _impossible(config: Config) -> list[str]:
     corpus = config["corpus"]
     if (corpus["name"] == "virtual") != (corpus["source"] == "studio"):
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
-    if corpus["source"] == "recorded" and not corpus["records"]:
+    problems += _impossible_calibration(config["capture"]["calibration"])
+    if corpus["source"] == "recorded" and not corpus["records"] and not calibrates(config):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
     if corpus["source"] == "studio":
         names = [actor["actor"] for actor in config["studio"]["actors"]]
@@ -111,6 +113,49 @@ def _impossible(config: Config) -> list[str]:
         if config["studio"]["film"] and not config["studio"]["sound"]:
             problems.append("studio.film needs studio.sound: without it, records are features and nobody moves")
     return problems
+
+
+def _impossible_calibration(calibration: Config) -> list[str]:
+    problems = []
+    method, kinds = calibration["method"], {key for fact in calibration["facts"] for key in fact}
+    if method == "board" and not (calibration["films"] and calibration["board"]):
+        problems.append("capture.calibration: a board needs films, a folder, and board, the path of its definition")
+    if method == "given" and not calibration["file"]:
+        problems.append("capture.calibration.file: name the TOML of the calibration that is given")
+    if method == "board" and (kinds - {"origin_frame"} or len(calibration["facts"]) > 1):
+        problems.append("capture.calibration.facts: a board takes [], or one {origin_frame: ...}")
+    return problems
+
+
+def calibrates(config: Config) -> bool:
+    """Return whether the configuration names a calibration of its own, in films or as a file."""
+    calibration = config["capture"]["calibration"]
+    return calibration["method"] == "given" or bool(calibration["films"])
+
+
+def calibration_films(config: Config) -> dict[str, str]:
+    """Return the films of a calibration take of one's own by camera, sorted; none where it is given or the studio's.
+
+    Raises
+    ------
+    UserError : where the folder is missing or holds no films, or two of one camera.
+    """
+    calibration = config["capture"]["calibration"]
+    if calibration["method"] == "given" or not calibration["films"]:
+        return {}
+    folder = Path(calibration["films"])
+    films = sorted(path for path in folder.glob("*") if path.suffix.lower() in FILM_ENDINGS)
+    if not films:
+        raise UserError(
+            f"config: capture.calibration.films: {folder} holds no film (<camera>{', '.join(FILM_ENDINGS)}); correct "
+            "its path (paths start at the project's folder)"
+        )
+    twice = [name for name, count in Counter(path.stem for path in films).items() if count > 1]
+    if twice:
+        raise UserError(
+            f"config: capture.calibration.films: {folder} holds two films of camera {twice[0]}; leave one"
+        )
+    return {path.stem: str(path) for path in films}
 
 
 def records(config: Config, results: str) -> dict[str, Record]:
@@ -138,7 +183,7 @@ def records(config: Config, results: str) -> dict[str, Record]:
 
 
 def brings(listed: dict[str, Record]) -> frozenset[str]:
-    """Return what every record of the corpus brings: motion or gestures, and audio or prosody.
+    """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
 
     Raises
     ------
@@ -152,6 +197,8 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
             missing = "motion (or gestures)" if body is None else "audio (or prosody)"
             raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
         kinds[name] = frozenset({body, voice})
+    if not kinds:
+        return frozenset()
     first_name, first = next(iter(kinds.items()))
     for name, kind in kinds.items():
         if kind != first:

@@ -1,10 +1,13 @@
 """Calibrations made elsewhere: the TOML of Pose2Sim and of caliscope, and the ways in which it can be wrong."""
 
 import json
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from planted_rig import plant
 
 from cospeech.capture import fingerprint, given
 from cospeech.capture.camera import project
@@ -87,17 +90,53 @@ def test_a_calibration_belongs_to_its_films(tmp_path):
     films = {name: tmp_path / f"{name}.mkv" for name in ("c1", "c2")}
     for name, path in films.items():
         path.write_bytes(name.encode() * 1000)
-    recorded = {name: fingerprint.of(path) for name, path in films.items()}
-    fingerprint.check(recorded, films)
-    with pytest.raises(UserError, match="c2, which has no film"):
-        fingerprint.check(recorded, {"c1": films["c1"]})
-    with pytest.raises(UserError, match="knows no camera c2"):
-        fingerprint.check({"c1": recorded["c1"]}, films)
+    take = list(films.values())
+    recorded = fingerprint.of_take(list(films), take)
+    fingerprint.check(recorded, take)
+    for other in ({"c1": recorded["c1"]}, recorded | {"c3": recorded["c1"]}, recorded | {"c2": recorded["c1"]}):
+        with pytest.raises(UserError, match=r"another take \(camera c[23] differs\)"):
+            fingerprint.check(other, take)
     films["c2"].write_bytes(b"other")
-    with pytest.raises(UserError, match=r"c2\.mkv: the calibration belongs to other footage"):
-        fingerprint.check(recorded, films)
-    with pytest.raises(UserError, match="no such film"):
+    with pytest.raises(UserError, match=r"another take \(camera c2 differs\)"):
+        fingerprint.check(recorded, take)
+    with pytest.raises(UserError, match="no such file"):
         fingerprint.of(tmp_path / "none.mkv")
+
+
+def test_one_file_that_gives_all_cameras_is_all_their_footage(tmp_path):
+    path = save(tmp_path, FLAT)
+    recorded = fingerprint.of_take(["left", "right"], [path])
+    assert recorded["left"] == recorded["right"] == fingerprint.of(path)
+    fingerprint.check(recorded, [path])
+    save(tmp_path, FLAT + "# edited\n")
+    with pytest.raises(UserError, match=r"calibration\.toml: the cameras were calibrated from another take"):
+        fingerprint.check(recorded, [path])
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_what_is_written_is_read_again(tmp_path, up):
+    truth, _, _ = plant(2, n_points=1)
+    odd = replace(truth[1], name="left hand", lens=(-0.1, 0.02, 0.001, -0.002, 0.07))
+    for camera, back in zip(
+        [truth[0], odd], given.read(save(tmp_path, given.toml([truth[0], odd], up)), up), strict=True
+    ):
+        assert (back.name, back.size_px, back.focal_px, back.centre_px) == (
+            camera.name, camera.size_px, camera.focal_px, camera.centre_px
+        )  # fmt: skip
+        assert back.lens == camera.lens
+        np.testing.assert_allclose(back.pose, camera.pose, atol=1e-12)
+
+
+def test_pose2sim_gets_a_world_with_z_up(tmp_path):
+    """A point a metre up is (0, 0, 1) there."""
+    truth, _, _ = plant(2, n_points=1)
+    text = given.toml(truth, up="z")
+    there = given.read(save(tmp_path, text), up="y")
+    np.testing.assert_allclose(
+        project(there[0], np.array([0.2, 0.1, 1.0])), project(truth[0], np.array([0.1, 1.0, 0.2])), atol=1e-9
+    )
+    assert "k3" not in text
+    assert len(tomllib.loads(text)["c1"]["distortions"]) == 4
 
 
 @pytest.mark.recorded

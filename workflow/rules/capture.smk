@@ -19,50 +19,10 @@ if FILMED:
         """The markers of the range-of-motion take of the record's actor."""
         return f"{RESULTS}/capture/{RANGES[actor_of(wildcards.record)]}/markers_3d.parquet"
 
-    rule laser:
-        input:
-            films=rules.studio_laser.output.films,
-        output:
-            laser=f"{RESULTS}/capture/laser.parquet",
-        log:
-            f"{RESULTS}/logs/laser.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/laser.tsv"
-        params:
-            views=VIEWS,
-            corpus=config["corpus"]["name"],
-            code=code("capture/laser"),
-        message:
-            "the laser spot in every view"
-        script:
-            "../../scripts/capture/laser.py"
-
-    # Of the studio's own rig just what a person can state: the names, the sizes of the pictures, the places.
-    rule calibrate:
-        input:
-            films=rules.studio_laser.output.films,
-            laser=rules.laser.output.laser,
-            rig=rules.studio_rig.output.cameras,
-        output:
-            cameras=f"{RESULTS}/capture/cameras.parquet",
-            quality=f"{RESULTS}/capture/calibration_quality.parquet",
-            picture=f"{RESULTS}/capture/rig.png",
-        log:
-            f"{RESULTS}/logs/calibrate.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/calibrate.tsv"
-        params:
-            seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/calibrate"),
-        message:
-            "the cameras of the rig"
-        script:
-            "../../scripts/capture/calibrate.py"
-
     rule track:
         input:
             cameras=rules.calibrate.output.cameras,
+            calibration=rules.calibrate.input.take,
             films=expand(f"{RESULTS}/corpus/raw/{{{{take}}}}/{{view}}.mkv", view=VIEWS),
             clicks=by_hand("clicks"),
             corrections=by_hand("corrections"),

@@ -17,9 +17,19 @@ from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+Facts = Sequence[Mapping[str, Any]]
 
 LEAST_ACROSS = 0.05
-"""Smallest width of the triangle of camera places, relative to its length, that fixes a rotation."""
+"""Smallest width of the triangle of stated places, relative to its length, that fixes a rotation."""
+LEAST_SEEN = 5
+"""Fewest frames in which two cameras must see the spot at rest."""
+STILL_M = 0.01
+"""How far from the middle of its frames a spot at rest may be found, in most of them."""
+MOST = 0.9
+MISFIT_M = 0.03
+"""How far from its stated place a fact may come to lie: beyond it, something else was measured."""
 
 
 @dataclass(frozen=True)
@@ -44,91 +54,99 @@ class Similarity:
         return moved
 
 
-def stated(cameras: Sequence[Camera], facts: Mapping[str, Any]) -> Similarity:
+def stated(cameras: Sequence[Camera], facts: Facts, points: Floats, frames: Integers) -> Similarity:
     """Return the similarity that the stated facts of a rig give.
 
     Parameters
     ----------
-    facts : ``places_m``, camera names to (x, y, z); or ``distance_m`` with ``between``, two camera names. A distance
-        alone gives the metre, and leaves the axes those of the first camera.
+    facts : of one kind: at least three marks on which the spot rested (``from_frame``, ``to_frame``, both included,
+        and ``place_m``) or places of cameras (``camera``, ``place_m``), not on a line; or one distance of two cameras
+        (``between``, ``distance_m``), which gives the metre and leaves the axes those of the first camera.
+    points, frames : where the spot was found (N, 3), NaN where no two cameras agree, and in which frames (N,).
 
     Raises
     ------
-    UserError : where the facts are none of these, or do not determine the change.
+    UserError : where the facts are of several kinds, do not determine the change, or contradict what was found.
     """
-    if set(facts) == {"places_m"}:
-        return by_places(cameras, facts["places_m"])
-    if set(facts) == {"distance_m", "between"}:
-        first, second = facts["between"]
-        return by_distance(cameras, first, second, facts["distance_m"])
+    kinds = {frozenset(fact) for fact in facts}
+    if kinds == {frozenset({"from_frame", "to_frame", "place_m"})}:
+        return by_touched(facts, points, frames)
+    if kinds == {frozenset({"camera", "place_m"})}:
+        return by_places(cameras, facts)
+    if kinds == {frozenset({"between", "distance_m"})} and len(facts) == 1:
+        return by_distance(cameras, facts[0])
     raise UserError(
-        f"calibration: facts {sorted(facts)} give no metre; state places_m, or distance_m and between, of cameras"
+        "calibration: the facts give no one metre; state touched points (from_frame, to_frame, place_m), "
+        "or places of cameras (camera, place_m), or one distance (between, distance_m)"
     )
 
 
-def by_distance(cameras: Sequence[Camera], first: str, second: str, distance_m: float) -> Similarity:
-    """Return the change of unit that puts two named cameras ``distance_m`` apart.
+def by_distance(cameras: Sequence[Camera], fact: Mapping[str, Any]) -> Similarity:
+    """Return the change of unit that puts two named cameras the stated distance apart.
 
     Raises
     ------
     UserError : where there is no such camera.
     """
-    places = _places(cameras, (first, second))
-    return Similarity(distance_m / float(np.linalg.norm(places[0] - places[1])), np.eye(3), np.zeros(3))
+    first, second = _places(cameras, fact["between"])
+    return Similarity(fact["distance_m"] / float(np.linalg.norm(first - second)), np.eye(3), np.zeros(3))
 
 
-def by_wand(ends: Floats, length_m: float) -> Similarity:
-    """Return the change of unit that makes the wand, ends (N, 2, 3) with NaN where unseen, ``length_m`` long.
+def by_places(cameras: Sequence[Camera], facts: Facts) -> Similarity:
+    """Return the similarity that brings the cameras nearest to their measured places.
 
-    Raises
-    ------
-    UserError : where both ends are never seen together.
-    """
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    lengths = lengths[~np.isnan(lengths)]
-    if not len(lengths):
-        raise UserError("calibration: both ends of the wand are never seen together; film it again")
-    return Similarity(length_m / float(np.median(lengths)), np.eye(3), np.zeros(3))
-
-
-def by_places(cameras: Sequence[Camera], places_m: Mapping[str, Sequence[float]]) -> Similarity:
-    """Return the similarity that brings the cameras nearest to their measured places (Umeyama, PAMI 1991).
+    Films tell the depth of a camera less well than the place of a point before it: touched points are more exact.
 
     Raises
     ------
-    UserError : where fewer than three places are stated, one is of no camera, or all lie on a line.
+    UserError : where fewer than three places are stated, one is of no camera, all lie on a line, or one is wrong.
     """
-    if len(places_m) < 3:
-        raise UserError(f"calibration: {len(places_m)} camera places are stated, at least three fix the axes")
-    wanted = np.array([places_m[name] for name in places_m], dtype=float)
-    return fit(_places(cameras, tuple(places_m)), wanted)
+    found = _places(cameras, [fact["camera"] for fact in facts])
+    return _fit(found, facts, [f"camera {fact['camera']}" for fact in facts])
 
 
-def by_points(origin: Floats, left: Floats, ahead: Floats) -> Similarity:
-    """Return the turn and shift to the frame of three points (3,): origin, one to the actor's left, one ahead.
-
-    The unit stays. The origin and the point ahead lie on z exactly; x is as near to the point at the left as can be.
+def by_touched(facts: Facts, points: Floats, frames: Integers) -> Similarity:
+    """Return the similarity that brings the marks on which the spot rested nearest to their stated places.
 
     Raises
     ------
-    UserError : where the three points lie on a line.
+    UserError : where fewer than three marks are stated, all lie on a line, the spot moved or was not seen, or one
+        place is wrong.
     """
-    z, x = ahead - origin, left - origin
-    y = np.cross(z, x)
-    if np.linalg.norm(y) < LEAST_ACROSS * np.linalg.norm(z) * np.linalg.norm(x):
-        raise UserError("calibration: the three points of the frame lie on a line; state another point at the left")
-    z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
-    rotation = np.array([np.cross(y, z), y, z])
-    return Similarity(1.0, rotation, -rotation @ origin)
+    named = [f"frames {fact['from_frame']} to {fact['to_frame']}" for fact in facts]
+    rests = []
+    for fact, name in zip(facts, named, strict=True):
+        rest = points[(frames >= fact["from_frame"]) & (frames <= fact["to_frame"])]
+        rest = rest[~np.isnan(rest[:, 0])]
+        if len(rest) < LEAST_SEEN:
+            raise UserError(
+                f"calibration: {name}: two cameras see the spot in {len(rest)} of them, at least {LEAST_SEEN} are "
+                "needed; state when it rests, or touch a point that more cameras see"
+            )
+        rests.append(rest)
+    middles = np.array([np.median(rest, axis=0) for rest in rests])
+    scale = fit(middles, _wanted(facts)).scale
+    for rest, middle, name in zip(rests, middles, named, strict=True):
+        strayed = scale * float(np.quantile(np.linalg.norm(rest - middle, axis=1), MOST))
+        if strayed > STILL_M:
+            raise UserError(
+                f"calibration: {name}: the spot moves by {1000 * strayed:.0f} mm; state just the frames "
+                "in which it rests"
+            )
+    return _fit(middles, facts, named)
 
 
 def fit(found: Floats, wanted: Floats) -> Similarity:
     """Return the similarity that takes ``found`` (n, 3) to ``wanted`` (n, 3) with the least sum of squares.
 
+    S. Umeyama, Least-squares estimation of transformation parameters between two point patterns, PAMI 1991.
+
     Raises
     ------
-    UserError : where the points lie on a line.
+    UserError : where there are fewer than three points, or all lie on a line.
     """
+    if len(wanted) < 3:
+        raise UserError(f"calibration: {len(wanted)} places are stated, at least three fix the axes")
     a, b = found - found.mean(axis=0), wanted - wanted.mean(axis=0)
     spread = np.linalg.svd(b, compute_uv=False)
     if spread[1] < LEAST_ACROSS * spread[0]:
@@ -138,6 +156,23 @@ def fit(found: Floats, wanted: Floats) -> Similarity:
     rotation = (u * signs) @ vt
     scale = float((s * signs).sum() / (a**2).sum())
     return Similarity(scale, rotation, wanted.mean(axis=0) - scale * rotation @ found.mean(axis=0))
+
+
+def _fit(found: Floats, facts: Facts, named: Sequence[str]) -> Similarity:
+    """Return the similarity that takes ``found`` (n, 3) to the stated places; none may be far from its own."""
+    change = fit(found, _wanted(facts))
+    missed = np.linalg.norm(change.points(found) - _wanted(facts), axis=1)
+    worst = int(np.argmax(missed))
+    if missed[worst] > MISFIT_M:
+        raise UserError(
+            f"calibration: {named[worst]}: found {1000 * missed[worst]:.0f} mm from the stated place; measure the "
+            "places again, or correct the facts"
+        )
+    return change
+
+
+def _wanted(facts: Facts) -> Floats:
+    return np.array([fact["place_m"] for fact in facts], dtype=float)
 
 
 def _places(cameras: Sequence[Camera], names: Sequence[str]) -> Floats:

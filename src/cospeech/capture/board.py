@@ -8,13 +8,14 @@ same bundle adjustment as a self-calibration.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from cospeech.capture import axes
@@ -103,6 +104,48 @@ def detect(board: Board, pictures: Iterable[Plane]) -> Floats:
             pixels[np.ravel(names)] = corners.reshape(-1, 2)
         found.append(pixels)
     return np.array(found).reshape(-1, len(board.corners_m), 2)
+
+
+def sightings(board: Board, camera: str, pictures: Iterable[Plane]) -> pd.DataFrame:
+    """Return the rows of the table ``corners`` (camera, frame, corner, x_px, y_px) of one film, where seen."""
+    corners = detect(board, pictures)
+    frames, seen = np.nonzero(~np.isnan(corners[..., 0]))
+    x, y = corners[frames, seen].T
+    return pd.DataFrame({"camera": camera, "frame": frames, "corner": seen, "x_px": x, "y_px": y})
+
+
+def observations(board: Board, table: pd.DataFrame, names: Sequence[str]) -> Floats:
+    """Return the corners (C, T, K, 2) in pixels of a table ``corners``, NaN where not seen; frames count from 0."""
+    n_frames = int(table["frame"].max()) + 1 if len(table) else 0
+    corners = np.full((len(names), n_frames, len(board.corners_m), 2), np.nan)
+    rows = pd.Index(names).get_indexer(pd.Index(table["camera"]))
+    corners[rows, table["frame"], table["corner"]] = table[["x_px", "y_px"]]
+    return corners
+
+
+def lying(board: Board, corners_m: Floats, facts: Sequence[Mapping[str, int]]) -> axes.Similarity:
+    """Return the change to axes in which the board lies face up at the origin, columns to the left and rows ahead.
+
+    Parameters
+    ----------
+    corners_m : (T K, 3) from ``calibrate``.
+    facts : the ``origin_frame`` in which it lies so; none leaves the axes those of the first camera.
+
+    Raises
+    ------
+    UserError : where the board is not found in that frame.
+    """
+    if not facts:
+        return axes.Similarity(1.0, np.eye(3), np.zeros(3))
+    frame = facts[0]["origin_frame"]
+    found = corners_m.reshape(-1, len(board.corners_m), 3)
+    found = found[frame] if frame < len(found) else np.empty((0, 3))
+    seen = ~np.isnan(found[:, 0])
+    if seen.sum() < LEAST_CORNERS:
+        raise UserError(
+            f"calibration: the board is not found in frame {frame}, where it is said to lie; state another"
+        )
+    return axes.fit(found[seen], board.corners_m[seen][:, [0, 2, 1]])
 
 
 def calibrate(

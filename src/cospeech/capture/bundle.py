@@ -7,7 +7,7 @@ a camera is a row of ``INNER`` numbers, a rotation and a shift; a rotation is ch
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,8 @@ from cospeech.capture.camera import Camera
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
+Linear = tuple[Floats, Floats, Floats]
+"""Residuals (M, 2), and their derivatives by the camera (M, 2, 15) and by the point or body (M, 2, B)."""
 
 INNER = ("focal", "aspect", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 """The numbers inside a camera: fx, fy / fx, the principal point and the lens."""
@@ -158,22 +160,23 @@ def _eliminate(
     """Return the reduced normal equations of the cameras, and what gives the points back.
 
     ``by_camera`` (M, 2, F) holds the free parameters only; the observations of point n are ``starts[n]:starts[n+1]``.
+    What is said of points, B = 3 numbers each, holds of rigid bodies, B = 6, in their place.
     """
-    n_free = by_camera.shape[2]
+    n_free, n_own = by_camera.shape[2], by_point.shape[2]
     n_points = len(starts) - 1
     matrix = np.zeros((n_views, n_free, n_views, n_free))
     diagonal = np.zeros((n_views, n_free))
     right = np.zeros((n_views, n_free))
-    inverses = np.empty((n_points, 3, 3))
-    gradients = np.zeros((n_points, 3))
-    mixed = np.empty((len(views), n_free, 3))
+    inverses = np.empty((n_points, n_own, n_own))
+    gradients = np.zeros((n_points, n_own))
+    mixed = np.empty((len(views), n_free, n_own))
     for n in range(n_points):
-        block = np.zeros((3, 3))
+        block = np.zeros((n_own, n_own))
         for m in range(starts[n], starts[n + 1]):
             block += by_point[m].T @ by_point[m]
             gradients[n] += by_point[m].T @ residuals[m]
             mixed[m] = by_camera[m].T @ by_point[m]
-        for k in range(3):
+        for k in range(n_own):
             block[k, k] *= 1.0 + damping
             block[k, k] += 1e-12
         inverses[n] = np.linalg.inv(block)
@@ -200,8 +203,8 @@ def _point_steps(
     inverses: Floats,
     gradients: Floats,
 ) -> Floats:
-    """Return the steps (N, 3) of the points that go with the ``steps`` (C, F) of the cameras."""
-    moved = np.empty((len(starts) - 1, 3))
+    """Return the steps (N, B) of the points that go with the ``steps`` (C, F) of the cameras."""
+    moved = np.empty((len(starts) - 1, by_point.shape[2]))
     for n in range(len(moved)):
         pull = gradients[n].copy()
         for m in range(starts[n], starts[n + 1]):
@@ -234,17 +237,88 @@ def adjust(
     kept, owners = np.unique(owners, return_inverse=True)
     starts = np.concatenate([[0], np.cumsum(used.sum(axis=0)[kept])])
     pixels = np.ascontiguousarray(observations[:, kept][views, owners])
+
+    def linearise(rig: Rig, places: Floats) -> Linear:
+        return _linearise(rig.inner, rig.rotations, rig.shifts, places, views, owners, pixels)
+
+    start = np.ascontiguousarray(points[kept])
+    rig, places = _minimise(rig, start, linearise, np.add, views, starts, free, prior, iterations)
+    adjusted = np.full_like(points, np.nan)
+    adjusted[kept] = places
+    return rig, adjusted
+
+
+def adjust_bodies(
+    rig: Rig,
+    poses: Floats,
+    shape: Floats,
+    observations: Floats,
+    used: Mask,
+    *,
+    free: Sequence[str] = SELF,
+    prior: tuple[Floats, Floats] | None = None,
+    iterations: int = 50,
+) -> tuple[Rig, Floats]:
+    """Return the rig and the poses (T, 3, 4) of a rigid body that fit the used observations of its points best.
+
+    Parameters
+    ----------
+    rig, poses : where to start, [R | t] from the body to the world; NaN where nothing is used.
+    shape : the K points (K, 3) of the body.
+    observations : pixels (C, T, K, 2).
+    used : (C, T, K), the observations that count; of every pose three points of one view at least, or none.
+    free, prior, iterations : as in ``adjust``.
+    """
+    owners, views, parts = np.nonzero(np.moveaxis(used, 0, 1))
+    kept, owners = np.unique(owners, return_inverse=True)
+    starts = np.concatenate([[0], np.cumsum(used.sum(axis=(0, 2))[kept])])
+    pixels = np.ascontiguousarray(observations[:, kept][views, owners, parts])
+    each = np.arange(len(views))
+
+    def linearise(rig: Rig, poses: Floats) -> Linear:
+        turned = (poses[owners, :, :3] @ shape[parts][:, :, None])[:, :, 0]
+        places = turned + poses[owners, :, 3]
+        residuals, by_camera, by_point = _linearise(
+            rig.inner, rig.rotations, rig.shifts, places, views, each, pixels
+        )
+        by_turn = np.cross(turned[:, None], by_point)  # a small turn w from the left moves a point by w x turned
+        return residuals, by_camera, np.concatenate([by_turn, by_point], axis=2)
+
+    def moved(poses: Floats, steps: Floats) -> Floats:
+        turns = Rotation.from_rotvec(steps[:, :3]).as_matrix()
+        return np.concatenate([turns @ poses[:, :, :3], poses[:, :, 3:] + steps[:, 3:, None]], axis=2)
+
+    rig, fitted = _minimise(rig, poses[kept], linearise, moved, views, starts, free, prior, iterations)
+    adjusted = np.full_like(poses, np.nan)
+    adjusted[kept] = fitted
+    return rig, adjusted
+
+
+def _minimise(
+    rig: Rig,
+    state: Floats,
+    linearise: Callable[[Rig, Floats], Linear],
+    moved: Callable[[Floats, Floats], Floats],
+    views: Integers,
+    starts: Integers,
+    free: Sequence[str],
+    prior: tuple[Floats, Floats] | None,
+    iterations: int,
+) -> tuple[Rig, Floats]:
+    """Return the rig and the state, of N points or bodies, with the least sum of squares.
+
+    ``linearise`` gives residuals and derivatives at a rig and state, ``moved`` the state after steps (N, B).
+    """
     values, weights = prior if prior is not None else (rig.inner, np.zeros_like(rig.inner))
     columns = np.array([INNER.index(name) for name in free] + list(range(N_INNER, N_ALL)))
     inside = columns[: len(free)]
 
-    def measure(rig: Rig, points: Floats) -> tuple[float, tuple[Floats, Floats, Floats]]:
-        linear = _linearise(rig.inner, rig.rotations, rig.shifts, points, views, owners, pixels)
+    def measure(rig: Rig, state: Floats) -> tuple[float, Linear]:
+        linear = linearise(rig, state)
         pull = weights[:, inside] * (rig.inner - values)[:, inside] ** 2
         return float((linear[0] ** 2).sum() + pull.sum()), linear
 
-    places = np.ascontiguousarray(points[kept])
-    cost, (residuals, by_camera, by_point) = measure(rig, places)
+    cost, (residuals, by_camera, by_point) = measure(rig, state)
     damping = 1e-3
     for _ in range(iterations):
         chosen = np.ascontiguousarray(by_camera[:, :, columns])
@@ -258,22 +332,20 @@ def adjust(
         np.fill_diagonal(matrix, matrix.diagonal() + pulls.ravel() + damping * (diagonal + pulls.ravel()) + 1e-12)
         steps = -np.asarray(np.linalg.solve(matrix, right.ravel()), dtype=np.float64).reshape(pulls.shape)
         tried = _moved(rig, steps, inside)
-        tried_places = places + _point_steps(steps, chosen, by_point, views, starts, inverses, gradients)
-        tried_cost, linear = measure(tried, tried_places)
+        tried_state = moved(state, _point_steps(steps, chosen, by_point, views, starts, inverses, gradients))
+        tried_cost, linear = measure(tried, tried_state)
         if not tried_cost < cost:
             damping *= 10.0
             if damping > 1e8:
                 break
             continue
         settled = cost - tried_cost < 1e-9 * cost
-        rig, places, cost = tried, tried_places, tried_cost
+        rig, state, cost = tried, tried_state, tried_cost
         residuals, by_camera, by_point = linear
         damping = max(damping / 10.0, 1e-9)
         if settled:
             break
-    adjusted = np.full_like(points, np.nan)
-    adjusted[kept] = places
-    return rig, adjusted
+    return rig, state
 
 
 def _moved(rig: Rig, steps: Floats, inside: Integers) -> Rig:

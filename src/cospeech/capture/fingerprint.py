@@ -1,39 +1,53 @@
-"""The content of films in a few letters, so that a calibration is never used with footage it does not belong to."""
+"""The content of films in a few letters, so that a calibration is never used with a take it was not made from."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cospeech.errors import UserError
 
 
 def of(path: str | Path) -> str:
-    """Return the SHA-256 of a film's bytes, read piece by piece.
+    """Return the SHA-256 of a file's bytes, read piece by piece.
 
     Raises
     ------
-    UserError : where there is no such film.
+    UserError : where there is no such file.
     """
     try:
         with Path(path).open("rb") as film:
             return hashlib.file_digest(film, "sha256").hexdigest()
     except FileNotFoundError as error:
-        raise UserError(f"{path}: no such film; every camera of the rig must have one") from error
+        raise UserError(f"{path}: no such file; every camera of the rig must have one") from error
 
 
-def check(recorded: Mapping[str, str], films: Mapping[str, str | Path]) -> None:
-    """Hold the films of the calibration take, by camera, against the fingerprints that the calibration recorded.
+def of_take(names: Sequence[str], take: Sequence[str | Path]) -> dict[str, str]:
+    """Return the fingerprint of what each camera was calibrated from.
+
+    Parameters
+    ----------
+    names : of the cameras.
+    take : a film for each camera, named like it; or the one file that gives them all.
+    """
+    if len(take) == 1:
+        return dict.fromkeys(names, of(take[0]))
+    return {Path(path).stem: of(path) for path in take}
+
+
+def check(recorded: Mapping[str, str], take: Sequence[str | Path]) -> None:
+    """Hold the calibration take as it lies there against the fingerprints, by camera, that the rig was written with.
 
     Raises
     ------
-    UserError : where a camera has no fingerprint or no film, or the film is another one.
+    UserError : where a camera's film is missing, new or another one.
     """
-    for camera in sorted({*recorded, *films}):
-        if camera not in films:
-            raise UserError(f"calibration: was made with camera {camera}, which has no film here; calibrate this rig")
-        if camera not in recorded:
-            raise UserError(f"{films[camera]}: the calibration knows no camera {camera}; calibrate this rig")
-        if of(films[camera]) != recorded[camera]:
-            raise UserError(f"{films[camera]}: the calibration belongs to other footage; calibrate with this film")
+    lying = of_take(list(recorded), take)
+    where = Path(take[0]).parent if len(take) > 1 else take[0]
+    for camera in sorted({*recorded, *lying}):
+        if recorded.get(camera) != lying.get(camera):
+            raise UserError(
+                f"{where}: the cameras were calibrated from another take (camera {camera} differs); delete "
+                "capture/cameras.parquet and run again"
+            )

@@ -35,8 +35,12 @@ class Film:
     n_frames: int
 
 
-def examine(path: str | Path) -> Film:
+def examine(path: str | Path, *, colour: bool = True) -> Film:
     """Return what a film says of itself, from its packets, without decoding a picture.
+
+    Parameters
+    ----------
+    colour : whether the colour of every pixel is needed, or brightness is enough.
 
     Raises
     ------
@@ -53,7 +57,7 @@ def examine(path: str | Path) -> Film:
             n_frames = sum(packet.size > 0 for packet in container.demux(stream))
     except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
         raise UserError(f"{path}: no film, or its head is damaged; record or copy it again") from error
-    if form not in FORMATS:
+    if colour and form not in FORMATS:
         raise UserError(
             f"{path}: pictures are {form}, need 4:4:4 (yuv444p); convert it with ffmpeg -pix_fmt yuvj444p"
         )
@@ -85,6 +89,37 @@ def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: i
                 f"{film.path}: pictures are {film.size_px[0]}x{film.size_px[1]}, camera {camera.name} was calibrated "
                 f"at {camera.size_px[0]}x{camera.size_px[1]}{turned}; film and calibrate at one size"
             )
+    return in_step(films, most_frames_apart)
+
+
+def in_order(films: Sequence[Film], cameras: Sequence[Camera]) -> list[Camera]:
+    """Return the cameras in the order of their films, which are named like them.
+
+    Raises
+    ------
+    UserError : where a camera has no film, or a film no camera.
+    """
+    names, known = [film.path.stem for film in films], {camera.name: camera for camera in cameras}
+    if sorted(names) != sorted(known):
+        raise UserError(
+            f"{films[0].path.parent}: films of {', '.join(names)} for a rig of {', '.join(known)}; give one film, "
+            "named like it, for each camera of the rig"
+        )
+    return [known[name] for name in names]
+
+
+def in_step(films: Sequence[Film], most_frames_apart: int) -> int:
+    """Return the number of frames that all films of a take have.
+
+    Parameters
+    ----------
+    most_frames_apart : how many frames the views may differ in length.
+
+    Raises
+    ------
+    UserError : where their frame rate or length does not fit.
+    """
+    for film in films:
         if abs(film.fps - films[0].fps) > 1e-3 * films[0].fps:
             raise UserError(
                 f"{film.path}: {film.fps:g} frames/s, but {films[0].path.name} has {films[0].fps:g}; "
@@ -100,12 +135,22 @@ def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: i
     return shortest
 
 
-def _pictures(film: Film) -> Generator[Planes]:
+def brightness(film: Film) -> Generator[Plane]:
+    """Yield the brightness (H, W) of each picture, whatever its colours.
+
+    Raises
+    ------
+    UserError : where a picture cannot be decoded.
+    """
+    for frame in _decoded(film):
+        yield np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+
+
+def _decoded(film: Film) -> Generator[av.VideoFrame]:
     try:
         with av.open(film.path) as container:
             container.streams.video[0].thread_type = "NONE"
-            for frame in container.decode(video=0):
-                yield planes(frame)
+            yield from container.decode(video=0)
     except av.FFmpegError as error:
         raise UserError(f"{film.path}: a picture is damaged ({error}); copy the film again") from error
 
@@ -127,7 +172,7 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
     UserError : where a film ends early or a picture cannot be decoded.
     """
     with ExitStack() as stack:
-        views = [_pictures(film) for film in films]
+        views = [_decoded(film) for film in films]
         for view in views:
             stack.callback(view.close)
         for frame in range(n_frames):
@@ -136,5 +181,5 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
                 picture = next(view, None)
                 if picture is None:
                     raise UserError(f"{film.path}: ends at frame {frame} of {n_frames}; copy the film again")
-                pictures.append(picture)
+                pictures.append(planes(picture))
             yield pictures

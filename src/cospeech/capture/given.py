@@ -1,4 +1,4 @@
-"""A calibration that was made elsewhere: the TOML that Pose2Sim and caliscope share.
+"""A calibration that was made elsewhere, or goes there: the TOML that Pose2Sim and caliscope share.
 
 One table per camera with ``size``, ``matrix`` (3, 3), ``distortions`` (k1, k2, p1, p2 and k3 where there is one),
 ``rotation`` (Rodrigues vector or matrix) and ``translation``, world to camera, in metres. Pose2Sim puts the tables at
@@ -7,7 +7,9 @@ the top (``[cam_01]``), caliscope under ``[cameras.0]``.
 
 from __future__ import annotations
 
+import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -86,3 +88,26 @@ def _camera(where: str, name: str, raw: dict[str, Any], up: str) -> Camera:
         (float(vector[0]), float(vector[1]), float(vector[2])),
         (float(shift[0]), float(shift[1]), float(shift[2])),
     )
+
+
+def toml(cameras: Sequence[Camera], up: Literal["y", "z"] = "y") -> str:
+    """Return the cameras as the text of a TOML file: what ``read`` takes with the same ``up``, and Pose2Sim with z.
+
+    The numbers are written in full. k3 is left out where it is zero, as Pose2Sim's own files have no place for it.
+    """
+    parts = []
+    for camera in cameras:
+        rotation = camera.rotation @ FROM_Z_UP if up == "z" else camera.rotation
+        k3 = camera.lens[4]
+        values = {
+            "name": camera.name,
+            "size": list(camera.size_px),
+            "matrix": camera.intrinsic.tolist(),
+            "distortions": list(camera.lens if k3 else camera.lens[:4]),
+            "rotation": Rotation.from_matrix(rotation).as_rotvec().tolist(),
+            "translation": list(camera.shift_m),
+            "fisheye": False,
+        }
+        lines = [f"{key} = {json.dumps(value)}" for key, value in values.items()]
+        parts.append("\n".join([f"[{json.dumps(camera.name)}]", *lines]))
+    return "\n\n".join([*parts, "[metadata]\nadjusted = false\nerror = 0.0\n"])

@@ -87,6 +87,13 @@ def coverage(pixels: Floats, size_px: tuple[int, int]) -> float:
     return len(np.unique(fields, axis=0)) / (FIELDS[0] * FIELDS[1])
 
 
+def unknown(cameras: Sequence[Camera]) -> pd.DataFrame:
+    """Return the table of cameras that were calibrated elsewhere: nothing is known but their names."""
+    return pd.DataFrame({"camera": [camera.name for camera in cameras]}).assign(
+        rms_px=np.nan, n_points=None, n_outliers=None, coverage=np.nan
+    )
+
+
 def table(cameras: Sequence[Camera], points: Floats, used: Mask, observations: Floats) -> pd.DataFrame:
     """Return one row per camera: camera, rms_px, n_points, n_outliers, coverage."""
     distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)

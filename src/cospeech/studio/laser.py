@@ -1,8 +1,13 @@
-"""The calibration take: the red spot of a laser pointer roams the actor's volume in the darkened studio."""
+"""The calibration take: the red spot of a laser pointer rests on marked points, then roams the actor's volume.
+
+The studio is dark. Where the marks are is stated in the configuration (``capture.calibration.facts``), as a person
+would state it who measured them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -25,8 +30,27 @@ SPOT_PX, BLOOM_PX = 1.3, 6.0
 RED = stage.ycbcr((255, 60, 60))
 
 
-def roam(n_frames: int, seed: int) -> Floats:
-    """Return the places (n_frames, 3) of the spot in metres: a smooth walk through the volume."""
+MARKS_M = ((0.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.7, 1.5, 0.0), (0.0, 1.5, 0.7))
+"""The origin on the floor, and the top of a staff of 1.5 m: there, on a mark at the left, and on one ahead."""
+REST, WAY = 24, 16
+"""Frames for which the spot rests on a mark, and frames of the way to what comes next."""
+N_FRAMES = 700
+
+
+def walk(n_frames: int, seed: int) -> Floats:
+    """Return the places (n_frames, 3) of the spot in metres: at rest on each of the marks, then roaming."""
+    roamed = _roam(n_frames - len(MARKS_M) * (REST + WAY), seed)
+    stops = np.array([*MARKS_M, roamed[0]])
+    way = 0.5 - 0.5 * np.cos(np.pi * (np.arange(WAY)[:, None] + 1) / (WAY + 1))
+    pieces = [
+        np.vstack([np.repeat(here[None], REST, axis=0), here + way * (there - here)])
+        for here, there in pairwise(stops)
+    ]
+    return np.vstack([*pieces, roamed])
+
+
+def _roam(n_frames: int, seed: int) -> Floats:
+    """Return a smooth walk (n_frames, 3) through the volume."""
     draw = np.random.default_rng([seed, 7])
     time = np.arange(n_frames)[:, None, None]
     waves, phases = draw.uniform(0.01, 0.06, (3, 4)), draw.uniform(0.0, 2.0 * np.pi, (3, 4))

@@ -1,0 +1,16 @@
+"""The corners of the board in every view of the calibration take."""
+
+import pandas as pd
+
+from cospeech import job
+from cospeech.capture import board, footage
+
+with job.run(snakemake) as work:
+    declared = board.read(work.input.board)
+    films = [footage.examine(path, colour=False) for path in work.input.films]
+    footage.in_step(films, work.params["most_frames_apart"])
+    views = []
+    for film in films:
+        views.append(board.sightings(declared, film.path.stem, footage.brightness(film)))
+        work.say(f"{film.path.stem}: the board in {views[-1]['frame'].nunique()} of {film.n_frames} frames")
+    work.write(pd.concat(views, ignore_index=True), work.output.corners, "corners")

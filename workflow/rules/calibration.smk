@@ -1,0 +1,105 @@
+# From films of a laser's spot or of a board, or from a file, to the cameras of the rig.
+
+CALIBRATION = config["capture"]["calibration"]
+METHOD = CALIBRATION["method"]
+CALIBRATED = FILMED or configuration.calibrates(config)
+# The films of the take by camera: one's own, else the studio's; none where the calibration is given.
+TAKE_FILMS = OWN_TAKE
+if CALIBRATED and not configuration.calibrates(config):
+    TAKE_FILMS = {view: f"{RESULTS}/corpus/raw/laser/{view}.mkv" for view in VIEWS}
+CALIBRATION_OUTPUTS = []
+
+if CALIBRATED and METHOD == "laser":
+
+    rule laser:
+        input:
+            films=list(TAKE_FILMS.values()),
+        output:
+            laser=f"{RESULTS}/capture/laser.parquet",
+        log:
+            f"{RESULTS}/logs/laser.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/laser.tsv"
+        params:
+            most_frames_apart=config["capture"]["track"]["most_frames_apart"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/laser"),
+        message:
+            "the laser spot in every view"
+        script:
+            "../../scripts/capture/laser.py"
+
+
+if CALIBRATED and METHOD == "board":
+
+    rule corners:
+        input:
+            films=list(TAKE_FILMS.values()),
+            board=CALIBRATION["board"],
+        output:
+            corners=f"{RESULTS}/capture/corners.parquet",
+        log:
+            f"{RESULTS}/logs/corners.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/corners.tsv"
+        params:
+            most_frames_apart=config["capture"]["track"]["most_frames_apart"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/corners"),
+        message:
+            "the board's corners in every view"
+        script:
+            "../../scripts/capture/corners.py"
+
+
+if CALIBRATED:
+
+    # What is seen of the take, and what says how to read it, as the method needs.
+    SIGHTINGS = {
+        "laser": {"laser": f"{RESULTS}/capture/laser.parquet"},
+        "board": {"corners": f"{RESULTS}/capture/corners.parquet", "board": CALIBRATION["board"]},
+        "given": {},
+    }
+
+    rule calibrate:
+        input:
+            **SIGHTINGS[METHOD],
+            take=list(TAKE_FILMS.values()) or [CALIBRATION["file"]],
+        output:
+            cameras=f"{RESULTS}/capture/cameras.parquet",
+            quality=f"{RESULTS}/capture/calibration_quality.parquet",
+            picture=f"{RESULTS}/capture/rig.png",
+        log:
+            f"{RESULTS}/logs/calibrate.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/calibrate.tsv"
+        params:
+            method=METHOD,
+            facts=CALIBRATION["facts"],
+            up=CALIBRATION["up"],
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/calibrate"),
+        message:
+            "the cameras of the rig"
+        script:
+            "../../scripts/capture/calibrate.py"
+
+    rule export_calibration:
+        input:
+            cameras=rules.calibrate.output.cameras,
+        output:
+            toml=f"{RESULTS}/export/calibration.toml",
+        log:
+            f"{RESULTS}/logs/export_calibration.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/export_calibration.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/export_calibration"),
+        message:
+            "the cameras as TOML"
+        script:
+            "../../scripts/capture/export_calibration.py"
+
+    CALIBRATION_OUTPUTS = [*rules.calibrate.output, rules.export_calibration.output.toml]
