@@ -63,6 +63,7 @@ localrules:
     sweep,
     annotate,
     markers,
+    quality,
     verify,
 
 
@@ -89,6 +90,11 @@ rule markers:
             record=RECORDS if config["studio"]["film"] else [],
             format=["trc", "c3d", "bvh"],
         ),
+
+
+rule quality:
+    input:
+        expand(f"{REPORTS}/capture/{{record}}.html", record=RECORDS if config["studio"]["film"] else []),
 
 
 rule verify:
