@@ -75,6 +75,7 @@ localrules:
     annotate,
     markers,
     calibration,
+    quality,
     verify,
 
 
@@ -106,6 +107,11 @@ rule markers:
 rule calibration:
     input:
         CALIBRATION_OUTPUTS,
+
+
+rule quality:
+    input:
+        expand(f"{REPORTS}/capture/{{record}}.html", record=RECORDS if FILMED else []),
 
 
 rule verify:
