@@ -193,3 +193,23 @@ if VIRTUAL and FILMED:
             "what the true joint angles of {wildcards.actor} give"
         script:
             "../../scripts/evaluation/true_angles.py"
+
+    rule film_effect:
+        input:
+            filmed=rules.session_scores.output.scores,
+            true=expand(f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet", actor=ACTORS),
+        output:
+            effect=f"{RESULTS}/evaluation/film_effect.parquet",
+        log:
+            f"{RESULTS}/logs/film_effect.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/film_effect.tsv"
+        params:
+            bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
+            seed=lookup(within=config, dpath="seed"),
+            corpus=lookup(within=config, dpath="corpus/name"),
+            code=code("evaluation/film_effect"),
+        message:
+            "scores from film beside those from the true joint angles"
+        script:
+            "../../scripts/evaluation/film_effect.py"

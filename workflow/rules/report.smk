@@ -364,6 +364,7 @@ if FILMED:
     rule table_capture:
         input:
             scores=rules.capture_scores.output.scores,
+            effect=rules.film_effect.output.effect,
         output:
             table=tabled("table-capture", "Capture"),
         log:
@@ -373,6 +374,7 @@ if FILMED:
         params:
             width_px=config["studio"]["camera_width_px"],
             method=TRACKER,
+            bin_s=WIDEST_BIN_S,
             corpus=config["corpus"]["name"],
             code=code("report/table_capture"),
         message:

@@ -278,9 +278,7 @@ def adjust_bodies(
     def linearise(rig: Rig, poses: Floats) -> Linear:
         turned = (poses[owners, :, :3] @ shape[parts][:, :, None])[:, :, 0]
         places = turned + poses[owners, :, 3]
-        residuals, by_camera, by_point = _linearise(
-            rig.inner, rig.rotations, rig.shifts, places, views, each, pixels
-        )
+        residuals, by_camera, by_point = _linearise(rig.inner, rig.rotations, rig.shifts, places, views, each, pixels)
         by_turn = np.cross(turned[:, None], by_point)  # a small turn w from the left moves a point by w x turned
         return residuals, by_camera, np.concatenate([by_turn, by_point], axis=2)
 

@@ -43,6 +43,9 @@ QUANTITIES = {
     ),
 }
 
+FILM_EFFECT_PCT = 5.0
+"""Most that filming should change a score of the experiment."""
+
 SIDES = ("left_", "right_")
 
 
@@ -67,6 +70,34 @@ def summary(scores: pd.DataFrame, width_px: int, main: str) -> pd.DataFrame:
                 | {"highest": values.max(), "values": len(values)}
                 | {"met": None if goal is None else bool(values.max() <= goal)}
             )
+    return pd.DataFrame(rows)
+
+
+def experiment(effect: pd.DataFrame, bin_s: float) -> pd.DataFrame:
+    """Return what filming changes of S, D and the share of right frames, whole records, as rows of ``summary``.
+
+    The mean is the change over the records of all actors together; lowest and highest are of one actor.
+
+    Parameters
+    ----------
+    effect : the table ``film_effect``.
+    bin_s : width of the bins of S.
+    """
+    whole = effect[(effect["part"] == "whole") & (effect["bin_s"].isna() | (effect["bin_s"] == bin_s))]
+    rows = []
+    for measure, unit in {"S": "", "D": " s", "frames_right": ""}.items():
+        own = whole[whole["measure"] == measure]
+        every, actors = own[own["actor"] == "all"].iloc[0], own.loc[own["actor"] != "all", "difference_pct"]
+        meaning = (
+            f"{measure} of {every['system']}: {every['filmed']:.3f}{unit} by filmed joint angles, "
+            f"{every['planted']:.3f}{unit} by the planted ones"
+        )
+        rows.append(
+            {"group": "experiment", "quantity": f"{measure}_pct", "meaning": meaning, "method": "", "unit": "%"}
+            | {"goal": FILM_EFFECT_PCT, "mean": every["difference_pct"], "lowest": actors.min()}
+            | {"highest": actors.max(), "values": int(every["n_records"])}
+            | {"met": bool(abs(every["difference_pct"]) <= FILM_EFFECT_PCT)}
+        )
     return pd.DataFrame(rows)
 
 
