@@ -76,6 +76,7 @@ localrules:
     annotate,
     markers,
     calibration,
+    quality,
     verify,
 
 
@@ -107,6 +108,11 @@ rule markers:
 rule calibration:
     input:
         CALIBRATION_OUTPUTS,
+
+
+rule quality:
+    input:
+        expand(f"{REPORTS}/capture/{{record}}.html", record=[record for record in RECORDS if record in FILMED]),
 
 
 rule verify:

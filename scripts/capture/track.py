@@ -7,10 +7,8 @@ with job.run(snakemake) as work:
     settings = work.params["settings"]
     rig = work.read(work.input.cameras, "cameras")
     fingerprint.check(dict(zip(rig["camera"], rig["footage"], strict=True)), work.input.calibration)
-    films = [footage.examine(path) for path in work.input.films]
-    if work.input.get("offsets"):
-        films = offsets.in_step(films, work.read(work.input.offsets, "offsets"))
-    cameras = footage.in_order(films, camera.from_table(rig))
+    began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None
+    films, cameras = offsets.in_step(work.input.films, began, camera.from_table(rig))
     n_frames = footage.check(films, cameras, settings["most_frames_apart"])
     found = follow.follow(
         films,

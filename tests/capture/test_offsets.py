@@ -10,11 +10,14 @@ from pictures import draw
 
 from cospeech import tables
 from cospeech.capture import footage, offsets
+from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
 
 FPS, RATE_HZ, SECONDS = 25, 16000, 8.0
 BEGAN_S = {"c1": 0.9, "c2": 0.25, "c3": 1.73}
 """When each view began after the scene; the record's sound began 0.5 s after it."""
+
+RIG = [Camera(name, (72, 48), (80, 80), (36, 24)) for name in BEGAN_S]
 
 
 def scene(seed=0, seconds=12.0):
@@ -80,7 +83,8 @@ def test_planted_shifts_are_recovered_to_a_small_part_of_a_frame(take):
     # All begin with the last one, c3: each view by whole frames, the sound to the sample.
     assert found.loc["c3", "skipped_s"] == 0
     assert found.loc["sound", "skipped_s"] == pytest.approx(1.23, abs=0.005)
-    ready = offsets.in_step(films, table)
+    ready, cameras = offsets.in_step([film.path for film in films], table, RIG[::-1])
+    assert cameras == RIG
     assert [film.first for film in ready] == [round(0.83 * FPS), round(1.48 * FPS), 0]
     assert footage.in_step(ready, 40) == round(SECONDS * FPS) - round(1.48 * FPS)
 
@@ -98,8 +102,8 @@ def test_films_without_sound_and_silent_ones_are_taken_to_be_in_step_unless_a_pe
     assert table["origin"].tolist() == ["none", "none", "heard"]
     table = offsets.offsets(films, None, {"c2": -0.2})
     assert table["origin"].tolist() == ["none", "given"]
-    assert [film.first for film in offsets.in_step(films, table)] == [0, 5]
-    assert offsets.in_step(films, table)[1].n_frames == 2 * FPS - 5
+    ready, _ = offsets.in_step([film.path for film in films], table, RIG[:2])
+    assert [(film.first, film.n_frames) for film in ready] == [(0, 2 * FPS), (5, 2 * FPS - 5)]
     with pytest.raises(UserError, match=r"c2\.mkv: is over before the last .* begins, 9\.00 s later"):
         offsets.offsets(films, None, {"c2": -9.0})
 

@@ -206,6 +206,7 @@ def make_page(run, name, *, motion=True, planted=True, corpus=None):
             "scores": evaluation["session_scores"],
             "differences": evaluation["differences"],
             "statistics": [run.path("evaluation/motion_statistics.parquet")] if motion else [],
+            "cameras": [],
             "videos": [run.path(f"animation/{record}/comparison.mp4") for record in filmed],
         },
         output={"page": str(output)},

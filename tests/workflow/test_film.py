@@ -1,22 +1,31 @@
 """From films to joint angles by the workflow, held against what was planted before the cameras."""
 
+import shutil
+
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from project import ROOT, Project
 from scipy.spatial.transform import Rotation
 
 from cospeech import skeleton
+from cospeech.evaluation import scores
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("film")]
 
+FILM = ROOT / "config" / "film.yaml"
 RECORDS = ("ada_1", "ada_2")
+TRUE_ANGLES = "results/film/evaluation/true_angles/ada.parquet"
 
 
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory):
     project = Project(tmp_path_factory.mktemp("film"))
-    project.make("markers", config=ROOT / "config" / "film.yaml")
+    phrases = [
+        f"results/film/synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet" for record in RECORDS
+    ]
+    project.make("markers", *phrases, TRUE_ANGLES, config=FILM)
     return project.folder / "results" / "film"
 
 
@@ -73,3 +82,34 @@ def test_trunk_and_head_turn_as_planted(filmed, record):
 def test_other_programs_get_their_files(filmed, record):
     for ending, first in (("trc", b"PathFileType"), ("c3d", b"\x02P"), ("bvh", b"HIERARCHY")):
         assert (filmed / "export" / f"{record}.{ending}").read_bytes().startswith(first)
+
+
+def test_true_angles_go_the_way_of_found_ones(filmed, tmp_path):
+    """With the found angles in the place of the true ones, the scores are those of the run itself."""
+    shutil.copytree(filmed, tmp_path / "results" / "film")
+    again = tmp_path / "results" / "film"
+    for record in RECORDS:
+        shutil.copy(again / "motion" / f"{record}.parquet", again / "corpus" / "truth" / f"motion~{record}.parquet")
+    Project(tmp_path).make(TRUE_ANGLES, "--allowed-rules", "true_angles", "--force", config=FILM)
+    found = pd.read_parquet(tmp_path / TRUE_ANGLES)
+    settings = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text(encoding="utf-8"))
+    evaluation = settings["evaluation"]
+    rules = scores.Rules(
+        gestures=tuple(settings["phrases"]["gesture"]["labels"]),
+        bins_s=tuple(evaluation["bins_s"]),
+        max_duration_s=settings["synthesis"]["max_duration_s"],
+        tolerance_s=evaluation["boundary_tolerance_s"],
+        frame_s=settings["speech"]["frame_s"],
+        **evaluation["interior"],
+    )
+    for record in RECORDS:
+        actual, made = (
+            scores.phrases(pd.read_parquet(again / path), rules)
+            for path in (
+                f"phrases/gesture/{record}.parquet",
+                f"synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet",
+            )
+        )
+        own = pd.DataFrame(scores.record_scores(actual, made, rules))
+        there = found[found["record"] == record].reset_index(drop=True)[own.columns]
+        pd.testing.assert_frame_equal(there, own, check_dtype=False)

@@ -2,8 +2,8 @@
 
 
 def films_of(wildcards):
-    """The films of a take, one of each camera."""
-    return TAKES[wildcards.take]
+    """The films of a take, or of a record, one of each camera."""
+    return TAKES[wildcards.get("take") or wildcards.record]
 
 
 def marker_file_of(wildcards):
@@ -85,6 +85,29 @@ if FILMED:
             "../../scripts/capture/track.py"
 
 
+if VIRTUAL and FILMED:
+
+    # The other of the two methods, on one record an actor, to be compared with.
+    TRACKER = config["capture"]["track"]["method"]
+    OTHER = {"robust": "thesis", "thesis": "robust"}[TRACKER]
+
+    use rule track as track_other with:
+        output:
+            views=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{take}}/{OTHER}/marker_spans.parquet",
+        log:
+            f"{RESULTS}/logs/track_other/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/track_other/{{take}}.tsv"
+        params:
+            settings=config["capture"]["track"] | {"method": OTHER},
+            corpus=config["corpus"]["name"],
+            code=code("capture/track"),
+        message:
+            f"markers of {{wildcards.take}} by the method '{OTHER}'"
+
+
 if len(TAKES) > len(FILMED):
 
     rule marker_file:
@@ -151,3 +174,89 @@ if TAKES:
             "{wildcards.record} as TRC, C3D and BVH"
         script:
             "../../scripts/capture/export_motion.py"
+
+
+if VIRTUAL and FILMED:
+
+    # Whose markers are held against the planted ones: every record by the method in use, a few by the other.
+    TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in RECORDS]
+    TRACKED += [(record, OTHER, f"{RESULTS}/capture/{record}/{OTHER}") for record in FIRST_RECORDS]
+
+    rule capture_scores:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            true_cameras=rules.studio_rig.output.cameras,
+            spots=rules.studio_laser.output.laser,
+            views=[f"{folder}/markers_2d.parquet" for *_, folder in TRACKED],
+            world=[f"{folder}/markers_3d.parquet" for *_, folder in TRACKED],
+            true_views=expand(f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet", record=RECORDS),
+            true_world=expand(f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet", record=RECORDS),
+            takes=[f"{RESULTS}/capture/range~{actor_of(record)}/markers_3d.parquet" for record in RECORDS],
+            motion=expand(f"{RESULTS}/capture/{{record}}/motion.parquet", record=RECORDS),
+            true_motion=expand(f"{RESULTS}/corpus/truth/motion~{{record}}.parquet", record=RECORDS),
+        output:
+            scores=f"{RESULTS}/capture/capture_scores.parquet",
+        log:
+            f"{RESULTS}/logs/capture_scores.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/capture_scores.tsv"
+        params:
+            records=list(RECORDS),
+            tracked=[(record, method) for record, method, _ in TRACKED],
+            method=TRACKER,
+            static_s=config["capture"]["static_s"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/capture_scores"),
+        message:
+            "what capture found, against what was planted"
+        script:
+            "../../scripts/capture/capture_scores.py"
+
+
+if FILMED:
+
+    # What a person looks at to judge and to correct the tracking of a record; made where it is asked for.
+    MOMENTS = range(1, 7)
+
+    rule worst_moments:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=films_of,
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+        output:
+            table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
+            pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
+        log:
+            f"{RESULTS}/logs/worst_moments/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/worst_moments/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/worst_moments"),
+        message:
+            "worst moments of the markers of {wildcards.record}"
+        script:
+            "../../scripts/capture/worst_moments.py"
+
+    rule overlay:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=films_of,
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+        output:
+            video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
+        log:
+            f"{RESULTS}/logs/overlay/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/overlay/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/overlay"),
+        message:
+            "films of {wildcards.record} with their markers"
+        script:
+            "../../scripts/capture/overlay.py"
