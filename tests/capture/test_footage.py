@@ -1,5 +1,7 @@
 """Films read in step, plane by plane, and what is said of films that do not fit."""
 
+import struct
+
 import av
 import numpy as np
 import pytest
@@ -60,6 +62,17 @@ def test_ordinary_film_with_fewer_pixels_of_colour_gives_the_same_planes(tmp_pat
         read = np.stack([plane[:, :144] for plane in planes]).astype(int)
         assert np.abs(read - picture).mean() < 1.5
         assert np.abs(centre(read[2]) - centre(picture[2])).max() < 0.1
+
+
+def test_a_film_that_says_it_is_to_be_shown_turned_is_refused(tmp_path):
+    write_420(tmp_path / "c1.mp4", [draw((72, 48), [])] * 3)
+    content = bytearray((tmp_path / "c1.mp4").read_bytes())
+    upright, turned = (struct.pack(">9i", s << 16, 0, 0, 0, s << 16, 0, 0, 0, 1 << 30) for s in (1, -1))
+    place = content.index(upright, content.index(b"tkhd"))  # how the track is to be shown
+    content[place : place + len(turned)] = turned
+    (tmp_path / "c1.mp4").write_bytes(content)
+    with pytest.raises(UserError, match=r"c1\.mp4: is to be shown turned by -?180 degrees"):
+        next(footage.read([footage.examine(tmp_path / "c1.mp4")], 3))
 
 
 def test_a_film_may_be_entered_later(films):

@@ -17,7 +17,7 @@ from project import Project
 from scipy.spatial.transform import Rotation
 from test_bad_input import messages
 
-from cospeech import c3d, markers, skeleton, tables, trajectories, trc, verify
+from cospeech import c3d, markers, skeleton, tables, trajectories, verify
 from cospeech.capture import given
 from cospeech.studio import cast, dress, film, motion, range_of_motion, rig, script, stage
 from cospeech.trajectories import Trajectories
@@ -34,7 +34,6 @@ LATE_FRAMES = {"c1": 1, "c2": 0, "c3": 4, "c4": 0, "c5": 2}
 GOOD = ("c3d_gaps", "films_good")
 BAD = {
     "c3d_unitless": "does not say its unit",
-    "trc_unmapped": "has no marker 'LEFT_HAND' (mapped to left_hand); did you mean 'LEFT_",
     "mover_1": "static pose: marker",
     "films_renamed": "films of c1, c2, c3, c4, c9 for a rig of c1, c2, c3, c4, c5",
     "films_truncated": "c2.mkv: cut short",
@@ -69,14 +68,12 @@ def recording(moved):
 
 def write_markers(path, held):
     """Write a recording with what the name of its file says is wrong with it."""
-    kind, _, how = path.stem.partition("_")
+    how = path.stem.partition("_")[2]
     names, places, fps = held
     if how == "gaps":
         places = places.copy()
         places[50:60, names.index("LEFT_HAND")] = np.nan
-    elif how == "unmapped":
-        names = tuple("FINGER" if name == "LEFT_HAND" else name for name in names)
-    (trc if kind == "trc" else c3d).write(Trajectories(names, places, fps), path)
+    c3d.write(Trajectories(names, places, fps), path)
     if how == "unitless":
         file = ezc3d.c3d(str(path))
         file["parameters"]["POINT"]["UNITS"]["value"] = [""]
@@ -141,9 +138,8 @@ def tried(tmp_path_factory):
         if name.startswith("films"):
             record |= {"views": str(top / name), "audio": str(top / "scene.wav")}
         else:
-            path = top / f"{name}.{'trc' if name.startswith('trc') else 'c3d'}"
-            write_markers(path, recording(moved))
-            record |= {"motion": str(path), "audio": str(top / "voice.wav")}
+            write_markers(top / f"{name}.c3d", recording(moved))
+            record |= {"motion": str(top / f"{name}.c3d"), "audio": str(top / "voice.wav")}
         records.append(record)
     exercises = recording(range_of_motion.perform(FPS))
     c3d.write(exercises, top / "range.c3d")
@@ -219,21 +215,11 @@ def test_films_that_did_not_begin_together_become_the_markers_and_angles_that_we
     assert np.sqrt(np.mean(away[seen] ** 2)) < 0.0015
     found = tables.read(results / "motion" / "films_good.parquet", "motion")
     apart = degrees_apart(found, truth["films_good"].iloc[first : first + len(found)])
-    assert apart[:, [skeleton.JOINTS.index(joint) for joint in ("chest", "head")]].max() < 1
+    for joint in ("chest", "head"):
+        assert np.sqrt(np.mean(apart[:, skeleton.JOINTS.index(joint)] ** 2)) < 0.5, joint
 
 
 def test_bad_records_leave_nothing_half_written(tried):
     results, _, _ = tried
     assert verify.problems(results) == []
     assert {path.stem for path in (results / "corpus" / "records").glob("*.parquet")} == set(GOOD)
-
-
-def test_an_actor_without_a_range_of_motion_take_is_named_before_any_job(tried, tmp_path):
-    results, _, _ = tried
-    top = results.parents[2]
-    config = yaml.safe_load((top / "config.yaml").read_text())
-    del config["capture"]["ranges"]["mover"]
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump(config))
-    ended = Project(top / "project").run("--dry-run", config=tmp_path / "config.yaml")
-    assert "marker file or folder, in capture.ranges.mover" in ended.stdout
-    assert "Traceback" not in ended.stdout

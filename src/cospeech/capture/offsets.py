@@ -24,6 +24,7 @@ from cospeech.capture.footage import Film
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.float32]
 
 RATE_HZ = 8000
 """Sampling rate at which sounds are compared."""
@@ -44,9 +45,11 @@ APART_S = 0.2
 """A peak nearer than this to the greatest is a part of it."""
 
 STANDS_OUT = 2.0
-"""How many times the next greatest correlation the greatest has to be. Of 60 pairs of stretches of speech that have
-nothing to do with each other, none came to that in 6 s or more, and two in 3 s; of 60 pairs that one room's near and
-far microphones heard, 95 % exceed it in 6 s.
+"""How many times the next greatest correlation the greatest has to be.
+
+Of 60 pairs of stretches of speech that have nothing to do with each other none came to that in 6 s or 15 s, and two in
+3 s. Of 60 that a near microphone and a far one with echo and noise heard, all came to it in 6 s or 15 s and 33 in 3 s;
+they were right to 16 ms, of which 5 are the echo's.
 """
 
 SOUND = "sound"
@@ -60,12 +63,12 @@ class Lag(NamedTuple):
     prominence: float
 
 
-def listen(path: str | Path) -> Floats:
+def listen(path: str | Path) -> Samples:
     """Return the sound of a film from its first picture on, or of a wav, mono at ``RATE_HZ``; empty where silent."""
     try:
         with av.open(str(path)) as container:
             if not container.streams.audio:
-                return np.empty(0)
+                return np.empty(0, dtype=np.float32)
             resampler = av.AudioResampler(format="flt", layout="mono", rate=RATE_HZ)
             start_s = 0.0
             parts: list[npt.NDArray[Any]] = []
@@ -77,26 +80,30 @@ def listen(path: str | Path) -> Floats:
                 start_s -= float((picture.start_time or 0) * (picture.time_base or 0))
     except av.FFmpegError as error:
         raise UserError(f"{path}: its sound is damaged ({error}); copy or record it again") from error
-    samples = np.concatenate([*parts, np.empty(0)]).astype(float)
+    samples = np.concatenate([*parts, np.empty(0, dtype=np.float32)])
     if np.abs(samples).max(initial=0.0) <= SILENT:
-        return np.empty(0)
+        return np.empty(0, dtype=np.float32)
     late = round(start_s * RATE_HZ)
-    return np.concatenate([np.zeros(max(late, 0)), samples[max(-late, 0) :]])
+    return np.concatenate([np.zeros(max(late, 0), dtype=np.float32), samples[max(-late, 0) :]])
 
 
-def onsets(samples: Floats) -> Floats:
-    """Return the rise of loudness of a sound at every ``STEP_S``, with a mean of 0 and a variance of 1."""
+def onsets(samples: Samples) -> Floats:
+    """Return the rise of loudness of a sound at every ``STEP_S``, with a mean of 0 and a variance of 1.
+
+    Of no sound it is empty.
+    """
     step = round(STEP_S * RATE_HZ)
-    energy = np.square(samples[: len(samples) // step * step]).reshape(-1, step).mean(axis=1)
+    energy = np.square(samples[: len(samples) // step * step]).reshape(-1, step).mean(axis=1, dtype=float)
+    if not len(energy):
+        return energy
     energy = uniform_filter1d(energy, round(WINDOW_S / STEP_S), mode="nearest")
     level = gaussian_filter1d(np.log(energy + FLOOR * energy.max()), SMOOTH_S / STEP_S)
     rise = np.maximum(np.diff(level, prepend=level[0]), 0.0)
     return np.asarray((rise - rise.mean()) / max(rise.std(), 1e-12))
 
 
-def lag(sound: Floats, other: Floats) -> Lag:
-    """Return how much later ``other`` began than ``sound``, two sounds at ``RATE_HZ`` of one scene."""
-    a, b = onsets(sound), onsets(other)
+def lag(a: Floats, b: Floats) -> Lag:
+    """Return how much later the second of two sounds of one scene began than the first, from their ``onsets``."""
     shorter = min(len(a), len(b))
     # Index i of a full correlation holds a shifted by i - len(b) + 1 steps against b.
     energies = correlate(a**2, np.ones(len(b))) * correlate(np.ones(len(a)), b**2)
@@ -125,9 +132,9 @@ def offsets(films: Sequence[Film], sound: str | Path | None, given_s: Mapping[st
     UserError : where a view cannot be told: its sound fits nothing, or it has none while others have; or where the
         views have no time in common.
     """
-    heard = {film.path.stem: listen(film.path) for film in films if film.path.stem not in given_s}
-    known = {name: samples for name, samples in heard.items() if len(samples)}
-    reference = listen(sound) if sound else next(iter(known.values()), np.empty(0))
+    heard = {film.path.stem: onsets(listen(film.path)) for film in films if film.path.stem not in given_s}
+    known = {name: rises for name, rises in heard.items() if len(rises)}
+    reference = onsets(listen(sound)) if sound else next(iter(known.values()), np.empty(0))
     rows = []
     for film in films:
         name = film.path.stem
