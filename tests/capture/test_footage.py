@@ -132,6 +132,15 @@ def test_films_that_do_not_fit_the_rig_or_each_other(films, tmp_path):
     assert footage.check([film, longer], CAMERAS, 3) == 6
 
 
+def test_every_camera_has_its_film_and_every_film_its_camera(films):
+    both = [footage.examine(films / "c1.mkv"), footage.examine(films / "c2.mkv")]
+    assert footage.in_order(both, CAMERAS[::-1]) == CAMERAS
+    with pytest.raises(UserError, match=r"films of c1 for a rig of c1, c2; give one film, named like it, for each"):
+        footage.in_order(both[:1], CAMERAS)
+    with pytest.raises(UserError, match=r"films of c1, c2 for a rig of c1;"):
+        footage.in_order(both, CAMERAS[:1])
+
+
 def test_a_film_that_ends_early_says_where(films):
     film = footage.examine(films / "c1.mkv")
     with pytest.raises(UserError, match=r"c1\.mkv: ends at frame 6 of 8"):

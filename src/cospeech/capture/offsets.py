@@ -47,9 +47,9 @@ APART_S = 0.2
 STANDS_OUT = 2.0
 """How many times the next greatest correlation the greatest has to be.
 
-Of 60 pairs of stretches of speech that have nothing to do with each other none came to that in 6 s or 15 s, and two in
-3 s. Of 60 that a near microphone and a far one with echo and noise heard, all came to it in 6 s or 15 s and 33 in 3 s;
-they were right to 16 ms, of which 5 are the echo's.
+Of 60 pairs of stretches of speech that have nothing to do with each other, none came to that in 6 s or 15 s, and two
+in 3 s. Of 60 that a near microphone and a far one with echo and noise heard, all came to it in 6 s or 15 s, and 33 in
+3 s; they were right to 16 ms, of which 5 are the echo's.
 """
 
 SOUND = "sound"
