@@ -5,8 +5,8 @@ SHOWN = ANIMATION["video"]["shown"]
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
-# What is shown of five films beside a figure: the one from the front.
-SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if FILMED else []
+# What is shown of the studio's five films beside a figure: the one from the front.
+SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
 
 
 def of_system(system, name):

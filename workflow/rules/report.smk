@@ -359,7 +359,7 @@ if "motion" in BRINGS:
             "../../scripts/report/fig_motion.py"
 
 
-if FILMED:
+if VIRTUAL and FILMED:
 
     rule table_capture:
         input:
@@ -382,6 +382,9 @@ if FILMED:
         script:
             "../../scripts/report/table_capture.py"
 
+
+if FILMED:
+
     rule fig_rig:
         input:
             picture=rules.calibrate.output.picture,
@@ -399,9 +402,12 @@ if FILMED:
         script:
             "../../scripts/report/fig_6_4.py"
 
+
+if TAKES:
+
     rule table_observability:
         input:
-            tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=RECORDS),
+            tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=CAPTURED),
         output:
             table=tabled("table-observability", "Capture"),
         log:
@@ -462,9 +468,12 @@ else:
     ABSENT.append(
         "Videos, figures 4.3, 6.3 and 6.4 and motion statistics, as the corpus brings gesture labels and no motion."
     )
+if TAKES:
+    TABLES.append("table-observability")
 if FILMED:
     FIGURES.append("fig-rig")
-    TABLES += ["table-capture", "table-observability"]
+if VIRTUAL and FILMED:
+    TABLES.append("table-capture")
 if VIRTUAL:
     FIGURES.append("fig-recovery")
     TABLES.append("fig-recovery")
@@ -487,7 +496,7 @@ rule page:
         scores=rules.session_scores.output.scores,
         differences=rules.differences.output.differences,
         statistics=[rules.motion_statistics.output.statistics] if MOVING else [],
-        cameras=[rules.calibrate.output.cameras] if FILMED else [],
+        cameras=[rules.calibrate.output.cameras] if VIRTUAL and FILMED else [],
         videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
     output:
         page=f"{REPORTS}/index.html",
