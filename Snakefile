@@ -37,6 +37,8 @@ except UserError as error:
 
 # The takes that come as films, one of each camera of the rig.
 FILMED = [take for take, files in TAKES.items() if not configuration.is_marker_file(files[0])]
+# The records whose joint angles come from markers or films.
+CAPTURED = [record for record in RECORDS if record in TAKES]
 VIEWS = list(configuration.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
@@ -112,7 +114,7 @@ rule calibration:
 
 rule quality:
     input:
-        expand(f"{REPORTS}/capture/{{record}}.html", record=[record for record in RECORDS if record in FILMED]),
+        expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
 
 
 rule verify:

@@ -84,28 +84,51 @@ if FILMED:
         script:
             "../../scripts/capture/track.py"
 
+    # What a person looks at to judge and to correct the tracking of a record; made where it is asked for.
+    MOMENTS = range(1, 7)
 
-if VIRTUAL and FILMED:
-
-    # The other of the two methods, on one record an actor, to be compared with.
-    TRACKER = config["capture"]["track"]["method"]
-    OTHER = {"robust": "thesis", "thesis": "robust"}[TRACKER]
-
-    use rule track as track_other with:
+    rule worst_moments:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=films_of,
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
         output:
-            views=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_2d.parquet",
-            world=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_3d.parquet",
-            spans=f"{RESULTS}/capture/{{take}}/{OTHER}/marker_spans.parquet",
+            table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
+            pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
         log:
-            f"{RESULTS}/logs/track_other/{{take}}.log",
+            f"{RESULTS}/logs/worst_moments/{{record}}.log",
         benchmark:
-            f"{RESULTS}/benchmarks/track_other/{{take}}.tsv"
+            f"{RESULTS}/benchmarks/worst_moments/{{record}}.tsv"
         params:
-            settings=config["capture"]["track"] | {"method": OTHER},
             corpus=config["corpus"]["name"],
-            code=code("capture/track"),
+            code=code("capture/worst_moments"),
         message:
-            f"markers of {{wildcards.take}} by the method '{OTHER}'"
+            "worst moments of the markers of {wildcards.record}"
+        script:
+            "../../scripts/capture/worst_moments.py"
+
+    rule overlay:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=films_of,
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+        output:
+            video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
+        log:
+            f"{RESULTS}/logs/overlay/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/overlay/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/overlay"),
+        message:
+            "films of {wildcards.record} with their markers"
+        script:
+            "../../scripts/capture/overlay.py"
 
 
 if len(TAKES) > len(FILMED):
@@ -178,6 +201,26 @@ if TAKES:
 
 if VIRTUAL and FILMED:
 
+    # The other of the two methods, on one record an actor, to be compared with.
+    TRACKER = config["capture"]["track"]["method"]
+    OTHER = {"robust": "thesis", "thesis": "robust"}[TRACKER]
+
+    use rule track as track_other with:
+        output:
+            views=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{take}}/{OTHER}/marker_spans.parquet",
+        log:
+            f"{RESULTS}/logs/track_other/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/track_other/{{take}}.tsv"
+        params:
+            settings=config["capture"]["track"] | {"method": OTHER},
+            corpus=config["corpus"]["name"],
+            code=code("capture/track"),
+        message:
+            f"markers of {{wildcards.take}} by the method '{OTHER}'"
+
     # Whose markers are held against the planted ones: every record by the method in use, a few by the other.
     TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in RECORDS]
     TRACKED += [(record, OTHER, f"{RESULTS}/capture/{record}/{OTHER}") for record in FIRST_RECORDS]
@@ -211,52 +254,3 @@ if VIRTUAL and FILMED:
             "what capture found, against what was planted"
         script:
             "../../scripts/capture/capture_scores.py"
-
-
-if FILMED:
-
-    # What a person looks at to judge and to correct the tracking of a record; made where it is asked for.
-    MOMENTS = range(1, 7)
-
-    rule worst_moments:
-        input:
-            cameras=rules.calibrate.output.cameras,
-            films=films_of,
-            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
-            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
-            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
-        output:
-            table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
-            pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
-        log:
-            f"{RESULTS}/logs/worst_moments/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/worst_moments/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/worst_moments"),
-        message:
-            "worst moments of the markers of {wildcards.record}"
-        script:
-            "../../scripts/capture/worst_moments.py"
-
-    rule overlay:
-        input:
-            cameras=rules.calibrate.output.cameras,
-            films=films_of,
-            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{record}}/offsets.parquet",
-            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
-            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
-        output:
-            video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
-        log:
-            f"{RESULTS}/logs/overlay/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/overlay/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/overlay"),
-        message:
-            "films of {wildcards.record} with their markers"
-        script:
-            "../../scripts/capture/overlay.py"

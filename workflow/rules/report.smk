@@ -407,7 +407,7 @@ if TAKES:
 
     rule table_observability:
         input:
-            tables=[f"{RESULTS}/capture/{record}/observability.parquet" for record in RECORDS if record in TAKES],
+            tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=CAPTURED),
         output:
             table=tabled("table-observability", "Capture"),
         log:
@@ -468,12 +468,12 @@ else:
     ABSENT.append(
         "Videos, figures 4.3, 6.3 and 6.4 and motion statistics, as the corpus brings gesture labels and no motion."
     )
+if TAKES:
+    TABLES.append("table-observability")
 if FILMED:
     FIGURES.append("fig-rig")
 if VIRTUAL and FILMED:
     TABLES.append("table-capture")
-if TAKES:
-    TABLES.append("table-observability")
 if VIRTUAL:
     FIGURES.append("fig-recovery")
     TABLES.append("fig-recovery")
@@ -496,7 +496,7 @@ rule page:
         scores=rules.session_scores.output.scores,
         differences=rules.differences.output.differences,
         statistics=[rules.motion_statistics.output.statistics] if MOVING else [],
-        cameras=[rules.calibrate.output.cameras] if FILMED else [],
+        cameras=[rules.calibrate.output.cameras] if VIRTUAL and FILMED else [],
         videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
     output:
         page=f"{REPORTS}/index.html",

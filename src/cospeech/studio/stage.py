@@ -72,18 +72,18 @@ def limbs(motion: pd.DataFrame) -> Floats:
 
 
 def sight(camera: Camera) -> Singles:
-    """Return the slopes x / z, y / z (H, W, 2) of the ray of each pixel in the axes of ``camera``."""
+    """Return the slopes x / z and y / z (2, H, W) of the ray of each pixel in the axes of ``camera``."""
     width, height = camera.size_px
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
     ahead = rays(camera, grid) @ camera.rotation.T
-    return (ahead[..., :2] / ahead[..., 2:]).astype(np.float32)
+    return np.stack([ahead[..., 0] / ahead[..., 2], ahead[..., 1] / ahead[..., 2]]).astype(np.float32)
 
 
 def room(camera: Camera) -> Singles:
     """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor."""
     width, height = camera.size_px
-    slope = sight(camera).astype(float)
-    down = np.concatenate([slope, np.ones((height, width, 1))], axis=-1) @ camera.rotation
+    right, below = sight(camera).astype(float)
+    down = np.stack([right, below, np.ones((height, width))], axis=-1) @ camera.rotation
     place = camera.place_m
     along = np.where(down[..., 1] < -1e-9, -place[1] / np.minimum(down[..., 1], -1e-9), np.inf)
     far = np.minimum(along, 99.0)
