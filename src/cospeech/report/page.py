@@ -64,8 +64,8 @@ LAYOUT = (
         "watch",
         "Watch",
         "Watch",
-        "Left the original, in the middle what a system made of the speech, right gestures drawn at random. All "
-        "three speak with the record's own voice.",
+        "From left to right: the original, and before it its film where there is one; what a system made of the "
+        "speech; gestures drawn at random. All speak with the record's own voice.",
         ("fig-6.4", "fig-motion"),
     ),
     (
