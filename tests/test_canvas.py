@@ -11,7 +11,7 @@ def test_what_sticks_out_is_cut(top, left):
     image = np.zeros((8, 9, 3), dtype=np.uint8)
     opacity = np.linspace(0.2, 1, 12, dtype=np.float32).reshape(4, 3)
     canvas.lay(image, top, left, (100, 200, 50), opacity)
-    room = np.zeros((60, 60))
+    room = np.zeros((80, 80))
     room[20 + top : 24 + top, 20 + left : 23 + left] = opacity
     np.testing.assert_array_equal(image, np.round(room[20:28, 20:29, None] * [100, 200, 50]).astype(np.uint8))
 

@@ -83,7 +83,7 @@ ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0
 
 
 @given(ENDS, ENDS, ENDS, ENDS)
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 def test_better_is_never_said_of_an_interval_with_zero(one, two, near, far):
     claim = first((one, two), (near, far)).claim
     named = {"another record's speech": one, "its own speech, shifted": two}
