@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 import av
+import numpy as np
 
 from cospeech.canvas import Image
 from cospeech.errors import UserError
@@ -57,7 +58,7 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
 def _rgb(frame: av.VideoFrame, height_px: int | None) -> Image:
     height = height_px or frame.height
     width = round(frame.width * height / frame.height)
-    return frame.reformat(width, height, "rgb24", interpolation="AREA").to_ndarray()
+    return np.asarray(frame.reformat(width, height, "rgb24", interpolation="AREA").to_ndarray(), dtype=np.uint8)
 
 
 def _unreadable(path: str | Path, error: Exception) -> UserError:

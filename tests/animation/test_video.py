@@ -11,6 +11,7 @@ from dancer import motion, phrases
 
 from cospeech import canvas
 from cospeech.animation import picture, video
+from cospeech.studio import film as studio
 
 FPS = 20.0
 N_FRAMES = 50
@@ -59,6 +60,19 @@ def test_a_decoder_finds_every_frame_and_the_sound(tmp_path, tone):
     for ours, theirs in zip(drawn, shown, strict=True):
         error = np.mean((ours.astype(float) - theirs) ** 2)
         assert 10 * np.log10(255**2 / error) > 28  # dB; the films are made small
+
+
+def test_a_film_is_shown_beside_in_step(tmp_path):
+    """Each picture of the film has a brightness of its own; a video of half the rate shows every second one."""
+    planes = [np.stack([np.full((48, 64), y, np.uint8), *(np.full((48, 64), 128, np.uint8),) * 2]) for y in range(50)]
+    studio.encode(tmp_path / "c3.mkv", planes, FPS)
+    path = tmp_path / "a.mp4"
+    video.film(path, panels(), "ada_1", FPS / 2, HEIGHT, None, tmp_path / "c3.mkv")
+    shown, *_ = decode(path)
+    height, width = video.panel_size(HEIGHT)
+    assert shown[0].shape == (height, 2 * width, 3)
+    middle = [float(picture[40:80, 40 : width - 40].mean()) for picture in shown]
+    np.testing.assert_allclose(middle, np.arange(1, 50, 2), atol=3)
 
 
 def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):

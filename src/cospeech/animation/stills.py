@@ -103,8 +103,9 @@ def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame], shots: Mappin
         top, left = height * (number // columns), width * (number % columns)
         cell = image[top : top + height, left : left + width]
         cell[:] = picture.background(height, width)
-        if row.record in shots:
-            shot = films.stills(shots[row.record], {row.frame}, height)[row.frame]
+        record, frame = str(row.record), int(table["frame"].iloc[number])
+        if record in shots:
+            shot = films.stills(shots[record], {frame}, height)[frame]
             cell[:, :film_px] = shot[:, (shot.shape[1] - film_px) // 2 :][:, :film_px]
         for view in views:
             painter.figure(moving, view.moved(left, top), floor_m).draw(image, 0)

@@ -16,6 +16,9 @@ from cospeech import canvas, films, mp4, segments, skeleton
 from cospeech.animation import figure, picture
 from cospeech.canvas import Image
 
+PALE = (225, 228, 232)
+"""Letters on a film."""
+
 
 @dataclass(frozen=True)
 class Panel:
@@ -44,7 +47,8 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
     caption : what is written under each panel, before the time.
     """
     height, width = panel_size(height_px)
-    unit, head, foot = _measures(height)
+    unit = height / 360
+    head, foot = round(38 * unit), round(34 * unit)
     bodies = [figure.pose(panel.motion) for panel in panels]
     painter, floor_m = figure.Painter(), figure.floor_height(bodies)
     views = figure.cameras(painter.extent(bodies), (0, head, width, height - foot))
@@ -60,10 +64,7 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
     margin, band = round(14 * unit), round(6 * unit)
     strip_box = (margin, height - round(30 * unit), width - margin, height - round(30 * unit) + band)
     strips = [picture.Strip(panel.phrases, duration_s, strip_box) for panel in panels]
-    sheets = [_sheet(panel.title, caption, height) for panel in panels]
-    for strip, sheet in zip(strips, sheets, strict=True):
-        strip.draw(sheet)
-    still = np.hstack(sheets)
+    still = np.hstack([_sheet(panel, strip, caption, unit) for panel, strip in zip(panels, strips, strict=True)])
     image = np.empty_like(still)
     for step, time_s in enumerate(times):
         image[:] = still
@@ -90,34 +91,28 @@ def beside_film(
     frames : which of its pictures belongs to each image, rising.
     """
     height, width = panel_size(height_px)
-    _, head, foot = _measures(height)
-    wall = _sheet("film", caption, height)
-    filmed = enumerate(films.pictures(shot, height - head - foot))
+    unit = height / 360
+    wall = np.zeros((height, width, 3), dtype=np.uint8)
+    filmed = enumerate(films.pictures(shot, height))
     number = -1
     for image, frame in zip(images, frames, strict=True):
         while number < frame:
             number, shown = next(filmed)
         spare = width - shown.shape[1]
-        wall[head : height - foot, max(spare, 0) // 2 :][:, : shown.shape[1]] = shown[:, max(-spare, 0) // 2 :][
-            :, :width
-        ]
+        wall[:, max(spare, 0) // 2 :][:, : shown.shape[1]] = shown[:, max(-spare, 0) // 2 :][:, :width]
+        canvas.write(wall, "film", round(11 * unit), round(14 * unit), round(14 * unit), PALE, bold=True)
+        canvas.write(wall, caption, height - round(19 * unit), round(14 * unit), round(10 * unit), canvas.FAINT)
         yield np.hstack([wall, image])
 
 
-def _measures(height: int) -> tuple[float, int, int]:
-    """Return the unit of a panel, and how many pixels its head and its foot take, in which no figure stands."""
-    unit = height / 360
-    return unit, round(38 * unit), round(34 * unit)
-
-
-def _sheet(title: str, caption: str, height: int) -> Image:
+def _sheet(panel: Panel, strip: picture.Strip, caption: str, unit: float) -> Image:
     """Return what stands still in a panel."""
-    height, width = panel_size(height)
-    unit, *_ = _measures(height)
+    height, width = panel_size(round(360 * unit))
     sheet = picture.background(height, width)
     margin = round(14 * unit)
-    canvas.write(sheet, title, round(11 * unit), margin, round(14 * unit), bold=True)
+    canvas.write(sheet, panel.title, round(11 * unit), margin, round(14 * unit), bold=True)
     canvas.write(sheet, caption, height - round(19 * unit), margin, round(10 * unit), canvas.FAINT)
+    strip.draw(sheet)
     sheet[:, -1] = (222, 221, 218)
     return sheet
 

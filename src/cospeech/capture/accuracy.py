@@ -1,8 +1,7 @@
 """How far what capture found lies from what the virtual studio planted: the rows of the table ``capture_scores``.
 
-A found world stands where its cameras are stated to stand, which is known less well than shapes are. So the rigid
-movement to the planted world is taken once for a rig, from the laser's spots; it is told by itself, and set aside
-wherever something in space is compared.
+A found world stands where the facts of its calibration put it. So the rigid movement to the planted world is taken once
+for a rig, from the laser's spots; it is told by itself, and set aside wherever something in space is compared.
 """
 
 from __future__ import annotations

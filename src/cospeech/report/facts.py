@@ -83,10 +83,11 @@ def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:
     sizes = cameras[["width_px", "height_px"]].drop_duplicates().itertuples(index=False)
     size = " and ".join(f"{width} x {height}" for width, height in sizes)
     method = {"robust": "the robust tracker", "thesis": "the plain tracker of the thesis"}
+    seen_by = words.counted(len(cameras), "virtual camera")
     tracker = method[config["capture"]["track"]["method"]]
     return [
-        f"The body wore markers and was filmed by {words.counted(len(cameras), 'virtual camera')}: pictures of {size} "
-        f"pixels, {config['studio']['motion_fps']:g} frames/s. Its joint angles come from these films, by {tracker}."
+        f"The body wore markers and was filmed by {seen_by}: pictures of {size} "
+        f"pixels, {config['studio']['motion_fps']:g} frames/s. Its joint angles come from there, by {tracker}."
     ]
 
 

@@ -208,8 +208,8 @@ def _captured(summary: pd.DataFrame) -> Finding:
     aimed = summary[summary["goal"].notna()].drop_duplicates("quantity")
     met = aimed["met"].astype(str) == "True"
     named = [
-        f"{row.meaning}: {number(row.mean)} {'' if pd.isna(row.unit) else row.unit}, the goal is {row.goal:g}"
-        for row in aimed[~met].itertuples()
+        f"{row['meaning']}: {number(row['mean'])} {row['unit']}, the goal is {row['goal']:g}"
+        for _, row in aimed[~met].fillna({"unit": ""}).iterrows()
     ]
     return Finding(f"Capture meets {int(met.sum())} of its {len(aimed)} goals.", named or ["in the worst record"])
 

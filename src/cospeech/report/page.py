@@ -64,8 +64,8 @@ LAYOUT = (
         "watch",
         "Watch",
         "Watch",
-        "Left the original, in the middle what a system made of the speech, right gestures drawn at random. All "
-        "three speak with the record's own voice.",
+        "From left to right: the original, and before it its film where there is one; what a system made of the "
+        "speech; gestures drawn at random. All speak with the record's own voice.",
         ("fig-6.4", "fig-motion"),
     ),
     (
@@ -195,30 +195,32 @@ def recovery_table(table: pd.DataFrame) -> Table:
 
 
 def capture_table(table: pd.DataFrame) -> Table:
-    """Return what capture found beside its goals for the page."""
-    rows = [
-        [
-            row["meaning"],
-            _given(row["method"]),
-            f"{number(row['mean'])} {_given(row['unit'])}",
-            "" if row["values"] == 1 else f"{number(row['lowest'])} to {number(row['highest'])}",
-            "" if pd.isna(row["goal"]) else f"{row['goal']:g} {_given(row['unit'])}",
-            {"True": "met", "False": "missed"}.get(str(row["met"]), ""),
-        ]
-        for _, row in table.iterrows()
-    ]
+    """Return what capture found beside its goals for the page; what has no unit is counted."""
+    rows = []
+    for _, row in table.iterrows():
+        unit = _given(row["unit"])
+        mean, lowest, highest = (
+            number(row[name]) if unit else f"{row[name]:g}" for name in ("mean", "lowest", "highest")
+        )
+        rows.append(
+            [
+                row["meaning"],
+                _given(row["method"]),
+                f"{mean} {unit}",
+                "" if row["values"] == 1 else f"{lowest} to {highest}",
+                "" if pd.isna(row["goal"]) else f"{row['goal']:g} {unit}",
+                {"True": "met", "False": "missed"}.get(str(row["met"]), ""),
+            ]
+        )
     return Table(["error", "method", "mean", "over records", "goal", ""], _text(rows), (1, 5))
 
 
 def observability_table(table: pd.DataFrame) -> Table:
-    """Return which joint angles were told for the page, one row a joint."""
-    named = {"measured": "measured", "flexion_dependent": "bent elbow only", "locked": "locked"}
+    """Return in which share of the frames each angle of a joint was told, for the page, one row a joint."""
+    written = {"measured": "{:.1f} %", "flexion_dependent": "{:.1f} %, elbow bent", "locked": "locked"}
     rows = []
     for part, own in table.groupby("part", sort=False):
-        cells = []
-        for _, axis in own.iterrows():
-            share = "" if axis["state"] == "locked" else f", {100 * axis['share']:.1f} %"
-            cells.append(named[axis["state"]] + share)
+        cells = [written[state].format(100 * share) for state, share in zip(own["state"], own["share"], strict=True)]
         rows.append([part, *cells, own["reason"].iloc[0]])
     return Table(["joint", "x", "y", "z", "why"], _text(rows), (1, 2, 3, 4))
 

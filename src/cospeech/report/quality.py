@@ -72,8 +72,8 @@ def span_table(spans: pd.DataFrame) -> Table:
     """Return the longest spans in which a marker was not seen, lost ones first."""
     order = spans.sort_values(["status", "duration_s", "first_frame"], ascending=[True, False, True], kind="stable")
     rows = [
-        [row.marker, row.status, f"{row.first_frame} to {row.end_frame - 1}", number(row.duration_s)]
-        for row in order.head(MOST_SPANS).itertuples()
+        [row["marker"], row["status"], f"{row['first_frame']} to {row['end_frame'] - 1}", number(row["duration_s"])]
+        for _, row in order.head(MOST_SPANS).iterrows()
     ]
     return Table(["marker", "status", "frames", "duration (s)"], rows, (1,))
 
@@ -81,8 +81,13 @@ def span_table(spans: pd.DataFrame) -> Table:
 def camera_table(quality: pd.DataFrame) -> Table:
     """Return how good the calibration of each camera is."""
     rows = [
-        [row.camera, f"{row.rms_px:.3f}", str(row.n_points), str(row.n_outliers), f"{100 * row.coverage:.0f}"]
-        for row in quality.itertuples()
+        [
+            row["camera"],
+            f"{row['rms_px']:.3f}",
+            *map(str, row[["n_points", "n_outliers"]]),
+            f"{100 * row['coverage']:.0f}",
+        ]
+        for _, row in quality.iterrows()
     ]
     return Table(["camera", "residual (px)", "points", "left out", "part of the picture with points (%)"], rows)
 
@@ -98,6 +103,8 @@ def moments(table: pd.DataFrame, pictures: list[str]) -> list[Moment]:
         residual = "" if pd.isna(first["residual_px"]) else f", residual {number(first['residual_px'])} px"
         title = f"{first['marker']}, {first['time_s']:.2f} s (frame {first['frame']}): {first['status']}{residual}"
         known = rows.dropna(subset=["x_px"])
-        lines = [f"{row.frame},{row.camera},{row.marker},{row.x_px:.1f},{row.y_px:.1f}" for row in known.itertuples()]
-        found.append(Moment(title, picture, "\n".join(lines)))
+        lines = known[["frame", "camera", "marker", "x_px", "y_px"]].to_csv(
+            header=False, index=False, float_format="%.1f", lineterminator="\n"
+        )
+        found.append(Moment(title, picture, lines.rstrip()))
     return found
