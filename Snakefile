@@ -30,13 +30,16 @@ try:
     config.update(ordered)
     RECORDS = configuration.records(config, RESULTS)
     BRINGS = configuration.brings(RECORDS)
+    TAKES = configuration.takes(config, RECORDS, RESULTS)
     OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
-# Whether the records come as films, one of each camera of the rig.
-FILMED = VIRTUAL and config["studio"]["film"]
-VIEWS = [f"c{number}" for number in range(1, 6)] if FILMED else []
+# The takes that come as films, one of each camera of the rig.
+FILMED = [take for take, files in TAKES.items() if not configuration.is_marker_file(files[0])]
+# The records whose joint angles come from markers or films.
+CAPTURED = [record for record in RECORDS if record in TAKES]
+VIEWS = list(configuration.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
 MAIN = configuration.main_setting(config)
@@ -75,6 +78,7 @@ localrules:
     annotate,
     markers,
     calibration,
+    quality,
     verify,
 
 
@@ -98,7 +102,7 @@ rule markers:
     input:
         expand(
             f"{RESULTS}/export/{{record}}.{{format}}",
-            record=RECORDS if FILMED else [],
+            record=[record for record in RECORDS if record in TAKES],
             format=["trc", "c3d", "bvh"],
         ),
 
@@ -106,6 +110,11 @@ rule markers:
 rule calibration:
     input:
         CALIBRATION_OUTPUTS,
+
+
+rule quality:
+    input:
+        expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
 
 
 rule verify:

@@ -61,6 +61,9 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(phrases__gesture__labels=["left", "right"]), "must contain 'rest'"),
         (changed(evaluation__interior__head_s=60.0), "leaves nothing of a record"),
         (changed(corpus__name="mine"), "only the studio's"),
+        (changed(corpus__markers__up="-z"), "up is '-z' and facing 'z'; they must lie along different axes"),
+        (changed(corpus__markers__up="w"), "config: corpus.markers.up: 'w' is not one of"),
+        (changed(corpus__markers__names={"left_hnd": "LHND"}), "no marker 'left_hnd'; did you mean 'left_hand'"),
         (changed(run="a/b"), "config: run: 'a/b' does not match"),
         (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
         (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
@@ -91,14 +94,14 @@ def test_the_order_of_keys_does_not_matter():
 def test_the_films_of_a_calibration_are_named_by_their_cameras(tmp_path):
     config = calibrated(films=str(tmp_path))
     assert configuration.calibration_films(DEMO) == {}
-    with pytest.raises(UserError, match=r"holds no film \(<camera>\.mkv"):
+    with pytest.raises(UserError, match="no film lies there"):
         configuration.calibration_films(config)
     for name in ("c2.MP4", "c1.mov", "notes.txt"):
         (tmp_path / name).touch()
     found = {"c1": str(tmp_path / "c1.mov"), "c2": str(tmp_path / "c2.MP4")}
     assert configuration.calibration_films(config) == found
     (tmp_path / "c1.avi").touch()
-    with pytest.raises(UserError, match="two films of camera c1"):
+    with pytest.raises(UserError, match="two films are called 'c1'"):
         configuration.calibration_films(config)
 
 
@@ -151,6 +154,68 @@ def test_records_are_checked(given, complaint):
 def test_a_corpus_is_uniform(given, complaint):
     with pytest.raises(UserError, match=complaint):
         configuration.brings(configuration.records(recorded(given), "results/x"))
+
+
+@pytest.fixture
+def captured(files):
+    """Two records, one in films and one in markers, whose actor's range-of-motion take is in films too."""
+    for folder in ("a", "range"):
+        Path(folder).mkdir()
+        for name in ("c2.MP4", "c1.mkv", "sound.wav", "._c1.mp4"):
+            Path(folder, name).touch()
+    Path("b.c3d").touch()
+    config = recorded([
+        {"record": "a", "actor": "x", "views": "a", "audio": "a.wav"},
+        {"record": "b", "actor": "x", "motion": "b.c3d", "audio": "b.wav"},
+    ])  # fmt: skip
+    config["capture"] |= {"ranges": {"x": "range"}, "offsets_s": {"c1": 0.5, "range~x": {"c2": 1.0}}}
+    config["capture"]["calibration"] |= {"method": "given", "file": "rig.toml"}
+    return config
+
+
+def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
+    listed = configuration.records(captured, "r")
+    assert configuration.brings(listed) == {"motion", "audio"}
+    assert configuration.takes(captured, listed, "r") == {
+        "a": ["a/c1.mkv", "a/c2.MP4"], "b": ["b.c3d"], "range~x": ["range/c1.mkv", "range/c2.MP4"]
+    }  # fmt: skip
+    assert configuration.offsets_s(captured, "a") == {"c1": 0.5}
+    assert configuration.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
+    studio = changed(studio__film=True)
+    takes = configuration.takes(studio, configuration.records(studio, "r"), "r")
+    assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
+    assert len(takes) == 8 + 2
+    assert configuration.takes(DEMO, configuration.records(DEMO, "r"), "r") == {}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("ranges", {}, r"take, marker file or folder, in capture\.ranges\.x"),
+        ("ranges", {"x": "nowhere"}, "nowhere: no such folder of films, and no marker file"),
+        ("ranges", {"x": "none.trc"}, r"no marker file none\.trc"),
+        ("ranges", {"x": "empty"}, "empty: no film lies there"),
+        ("ranges", {"x": "twice"}, "twice: two films are called 'c1'"),
+        ("offsets_s", {"a": {"c9": 1.0}}, r"capture\.offsets_s: no view is called 'c9'; views are c1, c2"),
+        ("offsets_s", {"c9": 1.0}, r"capture\.offsets_s: no view is called 'c9'; views are b, c1, c2"),
+        ("offsets_s", {"c": {"c1": 1.0}}, r"capture\.offsets_s: no take is called 'c'; takes are a, b, range~x"),
+        ("calibration", DEMO["capture"]["calibration"], r"record 'a' comes as films, whose cameras must be known"),
+    ],
+)
+def test_takes_that_cannot_be_captured_are_named(captured, key, value, complaint):
+    Path("empty").mkdir()
+    Path("twice").mkdir()
+    for name in ("c1.mkv", "c1.mp4"):
+        Path("twice", name).touch()
+    captured["capture"][key] = value
+    with pytest.raises(UserError, match=complaint):
+        configuration.takes(captured, configuration.records(captured, "r"), "r")
+
+
+@pytest.mark.usefixtures("files")
+def test_a_record_has_one_kind_of_motion():
+    with pytest.raises(UserError, match="record 'a' has both motion and views"):
+        configuration.records(recorded([A | {"views": "a"}, B]), "r")
 
 
 @pytest.mark.usefixtures("files")

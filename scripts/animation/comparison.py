@@ -1,4 +1,4 @@
-"""Video of one record three times: original, synthesised and random side by side, with its sound."""
+"""Video of one record: film if there is one, original, synthesised and random side by side, with its sound."""
 
 from cospeech import job, tables
 from cospeech.animation import video
@@ -10,4 +10,5 @@ with job.run(snakemake) as work:
     ]
     caption = f"{work.wildcards.record} · {work.corpus}"
     with tables.replacing(work.output.video) as path:
-        video.film(path, panels, caption, sound=work.input.get("audio"), **work.params["settings"])
+        sound, shot = work.input.get("audio"), work.input.get("shot")
+        video.film(path, panels, caption, sound=sound, shot=shot, **work.params["settings"])

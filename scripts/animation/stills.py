@@ -1,9 +1,11 @@
 """A typical picture of each gesture class, from real frames of the corpus."""
 
+from pathlib import Path
+
 import pandas as pd
 
-from cospeech import job
-from cospeech.animation import picture, stills
+from cospeech import canvas, job
+from cospeech.animation import stills
 
 with job.run(snakemake) as work:
     phrases = pd.concat([work.read(path, "segments") for path in work.input.phrases], ignore_index=True)
@@ -13,4 +15,5 @@ with job.run(snakemake) as work:
     }
     table = stills.typical(phrases, motions, work.params["labels"])
     work.write(table, work.output.table, "stills")
-    picture.save(stills.grid(table, motions), work.output.picture)
+    shots = dict(zip(work.params["records"], map(Path, work.input.shots), strict=False))
+    canvas.save(stills.grid(table, motions, shots), work.output.picture)

@@ -5,9 +5,19 @@ from cospeech.corpus import intake, sound
 from cospeech.corpus.retarget import Declaration
 
 with job.run(snakemake) as work:
-    given, labels = work.params["record"], work.params["labels"]
+    given = work.params["record"]
+    late_s = 0.0
+    if work.input.get("offsets"):
+        skipped = work.read(work.input.offsets, "offsets").set_index("stream")["skipped_s"]
+        late_s = float(skipped["sound"])
     taken = intake.take(
-        given, Declaration(**work.params["motion"]), labels, work.params["frame_s"], work.params["length_tolerance_s"]
+        given,
+        work.input.get("motion"),
+        late_s,
+        Declaration(**work.params["motion"]),
+        work.params["labels"],
+        work.params["frame_s"],
+        work.params["length_tolerance_s"],
     )
     name, duration_s = given["record"], taken.row["duration_s"].iloc[0]
     work.say(f"{name}: {duration_s:.3f} s; {taken.row['note'].iloc[0] or 'as delivered'}")
@@ -19,5 +29,4 @@ with job.run(snakemake) as work:
         sound.write(taken.voice, work.output.audio)
     else:
         work.write(taken.voice, work.output.prosody, "prosody")
-    row = taken.row.assign(motion_source="video") if work.params["filmed"] else taken.row
-    work.write(row, work.output.record, "records")
+    work.write(taken.row, work.output.record, "records")

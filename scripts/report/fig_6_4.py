@@ -1,4 +1,4 @@
-"""Frames of a synthesised animation."""
+"""A picture that another room made, as an exhibit: frames of a synthesised animation, the rig."""
 
 from pathlib import Path
 

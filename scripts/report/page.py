@@ -16,6 +16,7 @@ with job.run(snakemake) as work:
     records = work.read(work.input.records, "records")
     annotations = work.read(work.input.annotations, "annotations")
     statistics = work.read(work.input.statistics[0], "motion_statistics") if work.input.statistics else None
+    cameras = work.read(work.input.cameras[0], "cameras") if work.input.cameras else None
     numbers = dict(zip(given["tables"], map(pd.read_csv, work.input.tables), strict=True))
     pictures = {
         name: Path(path).read_text(encoding="utf-8")
@@ -36,10 +37,11 @@ with job.run(snakemake) as work:
         systems,
         numbers.get("fig-recovery"),
         numbers.get("fig-motion"),
+        numbers.get("table-capture"),
     )
     content = {
         "title": given["title"],
-        "banner": facts.banner(config, records, annotations),
+        "banner": facts.banner(config, records, annotations, cameras),
         "findings": found,
         "absent": given["absent"],
         "sections": page.sections(exhibits),
@@ -47,10 +49,11 @@ with job.run(snakemake) as work:
         "facts": facts.facts(config, records, statistics),
         "links": given["links"],
         "results": f"results/{given['run']}",
+        "sheets": f"reports/{given['run']}/capture",
         "config_hash": job.settings_hash({"config": config}),
         "seed": config["seed"],
     }
-    template = Path(work.input.template).read_text(encoding="utf-8")
+    template = work.input.template
     room = MOST_BYTES - len(page.render(template, videos=[], **content).encode())
     shown = videos.embed(
         dict(zip(given["filmed"], work.input.videos, strict=True)), given["video_links"], given["actors"], room

@@ -1,20 +1,13 @@
 """Film one take from all cameras, and tell where every marker is."""
 
-import numpy as np
-
-from cospeech import job, skeleton, tables
+from cospeech import job
 from cospeech.capture import camera
-from cospeech.studio import dress, film, planted, stage
+from cospeech.studio import take
 
 with job.run(snakemake) as work:
-    seed = work.params["seed"]
+    given = work.params
     motion = work.read(work.input.motion, "motion")
     cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
-    fps = skeleton.frame_rate(motion)
-    limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places(work.params["actor"], seed))
-    seen = np.empty((len(cameras), *markers.shape[:2]))
-    for view, path, shown in zip(cameras, work.output.films, seen, strict=True):
-        with tables.replacing(path) as temporary:
-            film.encode(temporary, film.noted(film.frames(view, limbs, markers, seed), shown), fps)
-    work.write(planted.in_views(cameras, markers, seen), work.output.markers_2d, "markers_2d")
-    work.write(planted.in_world(markers, seen, fps), work.output.markers_3d, "markers_3d")
+    in_views, in_world = take.shoot(motion, given["actor"], cameras, work.output.films, given["seed"])
+    work.write(in_views, work.output.markers_2d, "markers_2d")
+    work.write(in_world, work.output.markers_3d, "markers_3d")

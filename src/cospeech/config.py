@@ -11,17 +11,26 @@ from typing import Any, NamedTuple
 import yaml
 
 from cospeech.errors import UserError
+from cospeech.markers import NAMES
 from cospeech.tables import schema_folder
 
 SCENARIOS = ("memory", "documentary", "fairy_tale", "watch_and_tell")
 """The monologue and watching scenarios of Özkul 2012, 3.2, that the studio's records take in turn."""
 
 RECORD_FIELDS = (
-    "record", "actor", "scenario", "language", "motion", "audio",
+    "record", "actor", "scenario", "language", "motion", "views", "audio",
     "prosody", "gestures", "annotations", "start_s", "end_s",
 )  # fmt: skip
-FILM_ENDINGS = (".mkv", ".mp4", ".avi", ".mov")
 FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
+
+MARKER_FILES = (".c3d", ".trc")
+"""Endings of files that hold markers in the world, where a record enters at the skeleton."""
+
+FILMS = (".mkv", ".mp4", ".mov", ".m4v", ".avi", ".mts", ".m2ts", ".mpg", ".mpeg", ".mxf", ".webm", ".wmv")
+"""Endings of films; what else lies in a folder of views is left alone."""
+
+STUDIO_VIEWS = ("c1", "c2", "c3", "c4", "c5")
+"""The studio's cameras."""
 
 Config = dict[str, Any]
 Record = dict[str, Any]
@@ -100,6 +109,13 @@ def _impossible(config: Config) -> list[str]:
     problems += _impossible_calibration(config["capture"]["calibration"])
     if corpus["source"] == "recorded" and not corpus["records"] and not calibrates(config):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
+    up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
+    if up[-1] == facing[-1]:
+        problems.append(f"corpus.markers: up is '{up}' and facing '{facing}'; they must lie along different axes")
+    for name in names if isinstance(names, dict) else ():
+        if name not in NAMES:
+            near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)[0]
+            problems.append(f"corpus.markers.names: we have no marker '{name}'; did you mean '{near}'?")
     if corpus["source"] == "studio":
         names = [actor["actor"] for actor in config["studio"]["actors"]]
         if len(set(names)) < len(names):
@@ -143,19 +159,7 @@ def calibration_films(config: Config) -> dict[str, str]:
     calibration = config["capture"]["calibration"]
     if calibration["method"] == "given" or not calibration["films"]:
         return {}
-    folder = Path(calibration["films"])
-    films = sorted(path for path in folder.glob("*") if path.suffix.lower() in FILM_ENDINGS)
-    if not films:
-        raise UserError(
-            f"config: capture.calibration.films: {folder} holds no film (<camera>{', '.join(FILM_ENDINGS)}); correct "
-            "its path (paths start at the project's folder)"
-        )
-    twice = [name for name, count in Counter(path.stem for path in films).items() if count > 1]
-    if twice:
-        raise UserError(
-            f"config: capture.calibration.films: {folder} holds two films of camera {twice[0]}; leave one"
-        )
-    return {path.stem: str(path) for path in films}
+    return {Path(path).stem: path for path in films(calibration["films"])}
 
 
 def records(config: Config, results: str) -> dict[str, Record]:
@@ -182,6 +186,98 @@ def records(config: Config, results: str) -> dict[str, Record]:
     return {record["record"]: record for record in listed}
 
 
+def is_marker_file(path: str | None) -> bool:
+    """Return whether a file holds markers in the world, by its ending."""
+    return path is not None and Path(path).suffix.lower() in MARKER_FILES
+
+
+def takes(config: Config, listed: dict[str, Record], results: str) -> dict[str, list[str]]:
+    """Return what is to be captured: for each take its marker file, or its films, one of each camera.
+
+    The takes are the records that come as markers or films, by name, and ``range~<actor>``, the range-of-motion take
+    of each of their actors.
+
+    Raises
+    ------
+    UserError : an actor without such a take, or a path where there is no marker file or folder of films.
+    """
+    given = {
+        name: record["views"] or record["motion"]
+        for name, record in listed.items()
+        if record["views"] or is_marker_file(record["motion"])
+    }
+    virtual = config["corpus"]["source"] == "studio"
+    for name, record in listed.items():
+        if record["views"] and not virtual and not calibrates(config):
+            raise UserError(
+                f"config: record '{name}' comes as films, whose cameras must be known; name films or a file of their "
+                "calibration in capture.calibration"
+            )
+    for actor in dict.fromkeys(listed[name]["actor"] for name in given):
+        path = f"{results}/corpus/raw/range~{actor}" if virtual else config["capture"]["ranges"].get(actor)
+        if path is None:
+            raise UserError(
+                f"config: records of actor '{actor}' come as markers or films, which a body model of the actor turns "
+                f"into joint angles; name a range-of-motion take, marker file or folder, in capture.ranges.{actor}"
+            )
+        given[f"range~{actor}"] = path
+    if virtual:
+        return {take: [f"{path}/{view}.mkv" for view in STUDIO_VIEWS] for take, path in given.items()}
+    found = {take: _marker_file(path) if is_marker_file(path) else films(path) for take, path in given.items()}
+    _check_offsets(config["capture"]["offsets_s"], found)
+    return found
+
+
+def _check_offsets(given: Config, found: dict[str, list[str]]) -> None:
+    """Raise UserError where an offset is that of no take, or of a view that the take does not have."""
+    views = {take: [Path(path).stem for path in paths] for take, paths in found.items()}
+    every = sorted({view for names in views.values() for view in names})
+    for key, value in given.items():
+        if isinstance(value, dict) and key not in views:
+            raise UserError(f"config: capture.offsets_s: no take is called '{key}'; takes are {', '.join(views)}")
+        known, asked = (views[key], list(value)) if isinstance(value, dict) else (every, [key])
+        for view in asked:
+            if view not in known:
+                raise UserError(
+                    f"config: capture.offsets_s: no view is called '{view}'; views are {', '.join(known)}"
+                )
+
+
+def _marker_file(path: str) -> list[str]:
+    if not Path(path).is_file():
+        raise UserError(f"config: no marker file {path}; correct its path (paths start at the project's folder)")
+    return [path]
+
+
+def offsets_s(config: Config, take: str) -> dict[str, float]:
+    """Return how much later the views of a take began, where a person says so: under its name, or for every take."""
+    given = config["capture"]["offsets_s"]
+    of_all = {view: seconds for view, seconds in given.items() if not isinstance(seconds, dict)}
+    own: dict[str, float] = given.get(take, {})
+    return of_all | own
+
+
+def films(folder: str) -> list[str]:
+    """Return the films in a folder, each named as its camera, in the order of these names.
+
+    Raises
+    ------
+    UserError : no such folder, no film in it, or two of one camera.
+    """
+    if not Path(folder).is_dir():
+        raise UserError(
+            f"config: {folder}: no such folder of films, and no marker file ({', '.join(MARKER_FILES)}); correct its "
+            "path (paths start at the project's folder)"
+        )
+    found = sorted(path for path in Path(folder).glob("[!.]*") if path.suffix.lower() in FILMS)
+    if not found:
+        raise UserError(f"config: {folder}: no film lies there; known are {', '.join(FILMS)}")
+    for name, count in Counter(path.stem for path in found).items():
+        if count > 1:
+            raise UserError(f"config: {folder}: two films are called '{name}'; leave one for each camera")
+    return [str(path) for path in found]
+
+
 def brings(listed: dict[str, Record]) -> frozenset[str]:
     """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
 
@@ -191,10 +287,10 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
     """
     kinds = {}
     for name, record in listed.items():
-        body = "motion" if record["motion"] else "gestures" if record["gestures"] else None
+        body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None
         voice = "audio" if record["audio"] else "prosody" if record["prosody"] else None
         if body is None or voice is None:
-            missing = "motion (or gestures)" if body is None else "audio (or prosody)"
+            missing = "motion (or views, or gestures)" if body is None else "audio (or prosody)"
             raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
         kinds[name] = frozenset({body, voice})
     if not kinds:
@@ -243,9 +339,8 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                filmed = f"{results}/capture/{name}/motion.parquet"
-                body = filmed if config["studio"]["film"] else f"{raw}.bvh"
-                record |= {"motion": body, "audio": f"{raw}.wav"}
+                body = {"views": raw} if config["studio"]["film"] else {"motion": f"{raw}.bvh"}
+                record |= body | {"audio": f"{raw}.wav"}
             else:
                 record |= {"gestures": f"{raw}.gestures.parquet", "prosody": f"{raw}.prosody.parquet"}
             listed.append(record)
@@ -298,6 +393,8 @@ def _check_files(listed: list[Record]) -> None:
                     f"config: record '{record['record']}': no {field} file {record[field]}; correct its path "
                     "(paths start at the project's folder)"
                 )
+        if record["motion"] and record["views"]:
+            raise UserError(f"config: record '{record['record']}' has both motion and views; leave one of them out")
         start, end = record["start_s"] or 0.0, record["end_s"]
         if end is not None and end <= start:
             raise UserError(f"config: record '{record['record']}': end_s {end} is not after start_s {start}")

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from dancer import motion, phrases
 
-from cospeech import segments, skeleton
-from cospeech.animation import picture, stills
+from cospeech import canvas, segments, skeleton
+from cospeech.animation import stills
 
 ORDER = ("raise_both", "rest", "left", "open", "right")
 
@@ -37,7 +37,7 @@ def test_phrases_are_counted_over_all_records():
     table = pd.concat([phrases(100, seed=k, record=record) for k, record in enumerate(records)])
     found = stills.typical(table, records, ORDER).set_index("label")
     assert found["n_phrases"].to_dict() == table["label"].value_counts().to_dict()
-    image = stills.grid(found.reset_index(), records)
+    image = stills.grid(found.reset_index(), records, {})
     assert image.shape[1] == stills.GRID_COLUMNS * stills.CELL_PX[1]
     assert image.std() > 10
 
@@ -54,8 +54,8 @@ def test_the_strip_begins_where_the_arms_travel_most():
 def test_a_strip_has_a_row_for_each_motion(tmp_path):
     image = stills.strip([motion(100), motion(100, seed=1)], [phrases(100)] * 2, ["first", "second"])
     assert image.shape[1] == stills.STRIP_FRAMES * stills.FRAME_PX[1]
-    picture.save(image, tmp_path / "strip.png")
+    canvas.save(image, tmp_path / "strip.png")
     first = (tmp_path / "strip.png").read_bytes()
-    picture.save(image, tmp_path / "strip.png")
+    canvas.save(image, tmp_path / "strip.png")
     assert (tmp_path / "strip.png").read_bytes() == first
     assert b"Software" not in first

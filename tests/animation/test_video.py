@@ -9,8 +9,9 @@ import pytest
 import soundfile
 from dancer import motion, phrases
 
-from cospeech.animation import picture, raster, video
-from cospeech.errors import UserError
+from cospeech import canvas
+from cospeech.animation import picture, video
+from cospeech.studio import film as studio
 
 FPS = 20.0
 N_FRAMES = 50
@@ -61,6 +62,19 @@ def test_a_decoder_finds_every_frame_and_the_sound(tmp_path, tone):
         assert 10 * np.log10(255**2 / error) > 28  # dB; the films are made small
 
 
+def test_a_film_is_shown_beside_in_step(tmp_path):
+    """Each picture of the film has a brightness of its own; a video of half the rate shows every second one."""
+    planes = [np.stack([np.full((48, 64), y, np.uint8), *(np.full((48, 64), 128, np.uint8),) * 2]) for y in range(50)]
+    studio.encode(tmp_path / "c3.mkv", planes, FPS)
+    path = tmp_path / "a.mp4"
+    video.film(path, panels(), "ada_1", FPS / 2, HEIGHT, None, tmp_path / "c3.mkv")
+    shown, *_ = decode(path)
+    height, width = video.panel_size(HEIGHT)
+    assert shown[0].shape == (height, 2 * width, 3)
+    middle = [float(picture[40:80, 40 : width - 40].mean()) for picture in shown]
+    np.testing.assert_allclose(middle, np.arange(1, 50, 2), atol=3)
+
+
 def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
     cores = os.sched_getaffinity(0)
     digests = set()
@@ -72,17 +86,6 @@ def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
             digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
     finally:
         os.sched_setaffinity(0, cores)
-    assert len(digests) == 1
-
-
-def test_noise_is_encoded_to_the_same_bytes_every_time(tmp_path):
-    """Noise asks every path of the encoder; its AVX-512 code gave five different films in two hundred."""
-    drawn = np.random.default_rng(0).integers(0, 255, (40, 96, 240, 3), dtype=np.uint8)
-    path = tmp_path / "noise.mp4"
-    digests = set()
-    for _ in range(20):
-        video.encode(path, iter(drawn), FPS)
-        digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
     assert len(digests) == 1
 
 
@@ -105,41 +108,6 @@ def test_a_film_of_another_rate_lasts_as_long(tmp_path, tone, fps):
     assert lengths["audio"] == pytest.approx(lengths["video"], abs=1 / fps)
 
 
-@pytest.mark.parametrize(("rate", "channels", "seconds"), [(8000, 2, 1.0), (15000, 1, 9.0), (44100, 1, 2.5)])
-def test_any_sound_becomes_mono_of_the_films_length(tmp_path, rate, channels, seconds):
-    wave = 0.1 * np.sin(2 * np.pi * 300 * np.arange(int(rate * seconds)) / rate)
-    soundfile.write(tmp_path / "a.wav", np.column_stack([wave] * channels), rate)
-    samples, found = video.read_sound(tmp_path / "a.wav", 2.5)
-    assert found in video.AAC_RATES_HZ
-    assert samples.dtype == np.float32
-    assert len(samples) == round(2.5 * found)
-    assert not samples[round(min(seconds, 2.5) * found) :].any()
-    video.film(tmp_path / "a.mp4", panels(), "", FPS, HEIGHT, tmp_path / "a.wav")
-    assert decode(tmp_path / "a.mp4")[2]["audio"] == pytest.approx(2.5, abs=1 / FPS)
-
-
-def test_what_is_no_sound_is_said(tmp_path):
-    (tmp_path / "a.wav").write_bytes(b"no sound at all")
-    with pytest.raises(UserError, match=r"a\.wav: cannot be read as sound"):
-        video.read_sound(tmp_path / "a.wav", 1.0)
-
-
-def test_colours_become_those_of_another_program():
-    rng = np.random.default_rng(0)
-    plain = np.repeat(np.repeat(rng.integers(0, 256, (8, 8, 3)), 16, 0), 16, 1).astype(np.uint8)
-    whole, planes = video._planes(*plain.shape[:2])
-    raster.to_yuv(plain, *planes)
-    other = av.VideoFrame.from_ndarray(plain, format="rgb24").reformat(
-        format="yuv420p", src_colorspace="ITU709", dst_colorspace="ITU709"
-    )
-    light, blueness, redness = (np.frombuffer(plane, np.uint8).reshape(plane.height, -1) for plane in other.planes)
-    assert np.abs(planes[0].astype(int) - light[:, :128]).max() <= 1
-    middle = slice(4, None, 8)  # where the other program's wider colour filter sees one colour only
-    assert np.abs(planes[1].astype(int) - blueness[:, :64])[middle, middle].max() <= 1
-    assert np.abs(planes[2].astype(int) - redness[:, :64])[middle, middle].max() <= 1
-    assert np.shares_memory(whole, planes[2])
-
-
 def test_the_mark_walks_along_the_phrases():
     shown = phrases(N_FRAMES, seed=1)
     strip = picture.Strip(shown, N_FRAMES / FPS, (10, 20, 110, 26))
@@ -150,7 +118,7 @@ def test_the_mark_walks_along_the_phrases():
             column = round(10 + 100 * (start + end) / 2 / (N_FRAMES / FPS))
             assert tuple(image[23, column]) == picture.gesture_colour(label)
     strip.mark(image, N_FRAMES / FPS / 2)
-    assert tuple(image[18, 60]) == picture.INK
+    assert tuple(image[18, 60]) == canvas.INK
 
 
 def test_every_gesture_has_a_tag_and_text_stays_inside_the_picture():
@@ -159,5 +127,5 @@ def test_every_gesture_has_a_tag_and_text_stays_inside_the_picture():
         assert colours.shape[:2] == shape.shape
         assert shape.max() == pytest.approx(1)
     image = np.full((24, 20, 3), 255, dtype=np.uint8)
-    picture.write(image, "a long text in a small picture", 5, 12, 14)
+    canvas.write(image, "a long text in a small picture", 5, 12, 14)
     assert (image != 255).any()

@@ -1,8 +1,9 @@
 """Films read in step, plane by plane, and what is said of films that do not fit."""
 
+import av
 import numpy as np
 import pytest
-from pictures import draw, write
+from pictures import draw, ordinary, write
 
 from cospeech.capture import footage
 from cospeech.capture.camera import Camera
@@ -47,6 +48,63 @@ def test_cameras_go_to_the_films_of_their_names(films):
         footage.in_order(both[:1], CAMERAS)
     with pytest.raises(UserError, match="films of c2, c1 for a rig of c1, left"):
         footage.in_order(both, [CAMERAS[0], Camera("left", (72, 48), (80, 80), (36, 24))])
+
+
+def write_420(path, pictures, fps=20):
+    """An H.264 film as cameras write it."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=fps, options={"crf": "8"})
+        stream.height, stream.width = pictures[0].shape[1:]
+        stream.pix_fmt = "yuv420p"
+        for picture in pictures:
+            container.mux(stream.encode(ordinary(picture)))
+        container.mux(stream.encode())
+
+
+def centre(plane):
+    """The middle of what is coloured in a plane of colour."""
+    weight = np.clip(np.abs(plane.astype(float) - 128) - 15, 0, None)
+    y, x = np.indices(plane.shape)
+    return np.array([(weight * x).sum(), (weight * y).sum()]) / weight.sum()
+
+
+def test_ordinary_film_with_fewer_pixels_of_colour_gives_the_same_planes(tmp_path):
+    drawn = [draw((144, 96), [(30.3 + 6 * t, 40.4, 7, "red")], seed=t) for t in range(5)]
+    write_420(tmp_path / "c1.mp4", drawn)
+    film = footage.examine(tmp_path / "c1.mp4")
+    assert (film.size_px, film.fps, film.n_frames) == ((144, 96), 20.0, 5)
+    for picture, (planes,) in zip(drawn, footage.read([film], 5), strict=True):
+        read = np.stack([plane[:, :144] for plane in planes]).astype(int)
+        assert np.abs(read - picture).mean() < 1.5
+        assert np.abs(centre(read[2]) - centre(picture[2])).max() < 0.1
+
+
+def test_a_film_may_be_entered_later(films):
+    film = footage.examine(films / "c1.mkv")
+    late = film.after(2)
+    assert (late.n_frames, late.after(1).first) == (4, 3)
+    for (whole,), (part,) in zip(list(footage.read([film], 6))[2:], footage.read([late], 4), strict=True):
+        np.testing.assert_array_equal(part[0], whole[0])
+
+
+def test_uneven_and_colourless_films_are_named(films, tmp_path):
+    with av.open(str(tmp_path / "uneven.mkv"), "w") as out, av.open(str(films / "c1.mkv")) as container:
+        stream = out.add_stream_from_template(container.streams.video[0])
+        for number, packet in enumerate(container.demux(video=0)):
+            if packet.size:
+                packet.pts = packet.dts = (packet.pts or 0) + (100 if number > 2 else 0)  # milliseconds: two dropped
+                packet.stream = stream
+                out.mux(packet)
+    with pytest.raises(UserError, match=r"uneven\.mkv: frame \d is \d\.\d frames off an even"):
+        footage.examine(tmp_path / "uneven.mkv")
+    with av.open(str(tmp_path / "grey.mkv"), "w") as out:
+        stream = out.add_stream("ffv1", rate=20)
+        stream.width, stream.height, stream.pix_fmt = 72, 48, "gray"
+        out.mux(stream.encode(av.VideoFrame.from_ndarray(np.zeros((48, 72), np.uint8), format="gray")))
+        out.mux(stream.encode())
+    with pytest.raises(UserError, match=r"grey\.mkv: its pictures have no colour"):
+        footage.examine(tmp_path / "grey.mkv")
+    assert footage.examine(tmp_path / "grey.mkv", colour=False).n_frames == 1
 
 
 def test_missing_damaged_and_truncated_films_are_named(films, tmp_path):

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from cospeech import markers, skeleton, tables
 from cospeech.capture import body_model, skeleton_fit
 from cospeech.capture import inverse_kinematics as ik
+from cospeech.capture.accuracy import about_bone_deg, apart_deg, between_deg, rms
 from cospeech.capture.observability import observability
 from cospeech.skeleton import JOINTS
 
@@ -97,47 +98,33 @@ def test_the_zeros_are_the_static_pose(model):
     assert np.abs(found[list(skeleton.ROOT_COLUMNS)].to_numpy()).max() < 0.0005
 
 
-def between(a, b):
-    """Angles in degrees between rows of vectors."""
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def test_planted_motion_is_found_by_markers_in_unknown_places(model, moved, poses, fitted):
     true_turns, true_places = subject.chain(moved)
     turns, _ = subject.chain(fitted)
     clean = subject.marked(moved, 0.0)
 
-    def off(joint):
-        index = JOINTS.index(joint)
-        return np.swapaxes(true_turns[:, index], 1, 2) @ turns[:, index]
-
-    assert np.degrees(rms(Rotation.from_matrix(off("chest")).magnitude())) <= 0.2
+    chest = JOINTS.index("chest")
+    assert rms(apart_deg(true_turns[:, chest], turns[:, chest])) <= 0.2
     for side in ("left", "right"):
         arm = JOINTS.index(f"{side}_arm")
-        assert rms(between(true_turns[:, arm, :, 1], turns[:, arm, :, 1])) <= 0.3
+        assert rms(between_deg(true_turns[:, arm, :, 1], turns[:, arm, :, 1])) <= 0.3
         hand, forearm = markers.NAMES.index(f"{side}_hand"), body_model.NAMES.index(f"{side}_forearm")
         line = clean[:, hand] - true_places[:, JOINTS.index(f"{side}_forearm")]
-        assert rms(between(line, poses.turns[:, forearm] @ model.marker_places_m[hand])) <= 0.3
+        assert rms(between_deg(line, poses.turns[:, forearm] @ model.marker_places_m[hand])) <= 0.3
         bent = moved[f"{side}_forearm_x_deg"] < -30
-        rest = off(f"{side}_arm")
-        axial = np.degrees(np.arctan2(rest[:, 0, 2] - rest[:, 2, 0], rest[:, 0, 0] + rest[:, 2, 2]))
         assert bent.sum() > 300
-        assert rms(axial[bent]) <= 1.5
+        assert rms(about_bone_deg(true_turns[bent, arm], turns[bent, arm])) <= 1.5
 
 
 def test_the_heads_rotation_is_as_good_as_three_noisy_markers_tell_it(moved, fitted):
     """No unbiased estimate does better than the bound of Cramer and Rao; ours is within a tenth of it."""
     index = JOINTS.index("head")
-    off = np.swapaxes(subject.chain(moved)[0][:, index], 1, 2) @ subject.chain(fitted)[0][:, index]
+    off = apart_deg(subject.chain(moved)[0][:, index], subject.chain(fitted)[0][:, index])
     arms = np.array([subject.PLACES_M[m.name] for m in markers.MARKERS if m.joint == "head"])
     arms = arms - arms.mean(axis=0)
     information = (arms**2).sum() * np.eye(3) - arms.T @ arms
     bound = NOISE_M * np.sqrt(np.trace(np.linalg.inv(information)))
-    assert rms(Rotation.from_matrix(off).magnitude()) < 1.1 * bound
+    assert np.radians(rms(off)) < 1.1 * bound
     assert np.degrees(bound) < 0.27
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import subject
 
 from cospeech import c3d, markers, skeleton, tables, trajectories
-from cospeech.capture import skeleton_fit
-from cospeech.corpus import marker_file
+from cospeech.capture import marker_file, sights, skeleton_fit
 from cospeech.trajectories import Trajectories
 
 
@@ -17,10 +16,11 @@ def test_a_file_of_another_laboratory_gives_the_angles_that_our_own_table_gives(
     ours, theirs = [], []
     names = {name: name.upper() for name in markers.NAMES}
     for number, places in enumerate(recordings()):
-        ours.append(trajectories.to_table(places, markers.NAMES, subject.FPS))
+        smoothed, _ = sights.filled(places, np.full(places.shape[:2], sights.SIGHT_SD_M), subject.FPS, 0.5)
+        ours.append(trajectories.to_table(smoothed, markers.NAMES, subject.FPS))
         z_up = np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)
         c3d.write(Trajectories(tuple(names.values()), z_up, subject.FPS), tmp_path / f"{number}.c3d")
-        theirs.append(marker_file.read(tmp_path / f"{number}.c3d", names, up="z", facing="-y"))
+        theirs.append(marker_file.read(tmp_path / f"{number}.c3d", names, up="z", facing="-y", longest_hidden_s=0.5))
     here, there = (skeleton_fit.fit(take, record, subject.STATIC_S) for take, record in (ours, theirs))
     tables.validate(here.motion, "motion", "x")
     tables.validate(here.observability, "observability", "x")

@@ -15,18 +15,9 @@ N_FRAMES = 24
 HAND = NAMES.index("left_hand")
 
 
-@pytest.fixture(scope="module")
-def take(tmp_path_factory):
-    """Films (half size), cameras, planted markers (T, 15, 3), their pixels in each view: arms swing up and back."""
-    folder = tmp_path_factory.mktemp("take")
-    time = np.arange(N_FRAMES) / rig.FPS
-    swing = np.sin(np.pi * time / 1.2) ** 2
-    angles = np.zeros((N_FRAMES, len(skeleton.JOINTS), 3))
-    for side, sign in (("left", 1), ("right", -1)):
-        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 0] = -50 * swing
-        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 2] = sign * (4 + 15 * swing)
-        angles[:, skeleton.JOINTS.index(f"{side}_forearm"), 0] = -5 - 80 * swing
-    motion = skeleton.motion_table(np.zeros((N_FRAMES, 3)), angles, rig.FPS)
+def filmed(folder, angles):
+    """Films (half size) of angles (T, J, 3), cameras, planted markers (T, 15, 3) and their pixels in each view."""
+    motion = skeleton.motion_table(np.zeros((len(angles), 3)), angles, rig.FPS)
     limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places("ada", 1))
     cameras = rig.cameras(696, 1)
     pixels = []
@@ -40,6 +31,24 @@ def take(tmp_path_factory):
         markers,
         np.stack(pixels, axis=2),
     )
+
+
+def arms(swing, upward, inward, outward, bend):
+    """Angles (T, J, 3) of arms that go from hanging to the given angles and back with ``swing`` (T,)."""
+    angles = np.zeros((len(swing), len(skeleton.JOINTS), 3))
+    for side, sign, up in (("left", 1, upward[0]), ("right", -1, upward[1])):
+        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 0] = up * swing
+        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 1] = -sign * inward * swing
+        angles[:, skeleton.JOINTS.index(f"{side}_arm"), 2] = sign * (4 + outward * swing)
+        angles[:, skeleton.JOINTS.index(f"{side}_forearm"), 0] = -5 + bend * swing
+    return angles
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    """``filmed``: arms swing up and back."""
+    swing = np.sin(np.pi * np.arange(N_FRAMES) / rig.FPS / 1.2) ** 2
+    return filmed(tmp_path_factory.mktemp("take"), arms(swing, (-50, -50), 0, 15, -80))
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +81,21 @@ def test_robust_tracker_finds_the_planted_markers_at_half_size(take, robust):
     assert rms(away[seen]) < 1e-3
     assert np.nanmax(away) < 0.03
     assert seen[(pixels > 20).sum(axis=2) >= 2].all()  # a whole disc has 66
+
+
+def test_hands_that_cross_before_the_chest_are_not_taken_for_each_other(tmp_path):
+    """Both are red, come within 56 mm of each other, and change sides twice."""
+    swing = np.sin(np.pi * np.arange(30) / rig.FPS / 1.5) ** 2
+    films, cameras, markers, _ = filmed(tmp_path, arms(swing, (-30, -38), 85, -4, -80))
+    hands = [HAND, NAMES.index("right_hand")]
+    left, right = np.moveaxis(markers[:, hands], 1, 0)
+    crossed = left[:, 0] < right[:, 0]  # x is to the actor's left
+    assert (np.diff(crossed.astype(int)) != 0).sum() == 2
+    assert np.linalg.norm(left - right, axis=1).min() < 0.06
+    found = follow.follow(films, cameras, "robust", 30, where="take").points_m[:, hands]
+    seen = np.isfinite(found[..., 0])
+    assert seen.mean() > 0.8
+    assert np.linalg.norm(found - markers[:, hands], axis=2)[seen].max() < 0.02
 
 
 def test_the_tables_keep_their_schemas(take, robust):

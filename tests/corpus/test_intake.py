@@ -35,8 +35,8 @@ def write_wav(path, seconds, rate=16000):
     return str(path)
 
 
-def take(tolerance_s=1.0, **fields):
-    return intake.take(given_record(**fields), DECLARED, LABELS, 0.025, tolerance_s)
+def take(tolerance_s=1.0, late_s=0.0, **fields):
+    return intake.take(given_record(**fields), fields.get("motion"), late_s, DECLARED, LABELS, 0.025, tolerance_s)
 
 
 @pytest.mark.parametrize(("body_s", "voice_s"), [(3.0, 3.0), (3.0, 3.4), (3.4, 3.0), (3.05, 3.02)])
@@ -75,6 +75,26 @@ def test_an_excerpt_takes_the_same_stretch_of_body_and_voice(tmp_path):
     assert part.body["time_s"].iloc[0] == pytest.approx(0.025)
     with pytest.raises(UserError, match=r"a\.bvh: lasts 10.000 s.*start_s and end_s"):
         take(motion=motion, audio=audio, start_s=2.5, end_s=11.0)
+
+
+def test_sound_that_began_before_the_films_is_taken_from_where_they_begin(tmp_path):
+    motion, audio = write_bvh(tmp_path / "a.bvh", 4), write_wav(tmp_path / "a.wav", 5)
+    whole = take(motion=motion, audio=audio)
+    late = take(motion=motion, audio=audio, late_s=0.75)
+    np.testing.assert_allclose(late.voice[: 3 * 16000], whole.voice[12000 : 12000 + 3 * 16000])
+    assert late.row["note"].iloc[0].startswith("sound taken from 0.750 s on, where the films begin")
+    part = take(motion=motion, audio=audio, late_s=0.75, start_s=1.0, end_s=3.0)
+    np.testing.assert_allclose(part.voice, late.voice[16000:48000])
+    np.testing.assert_allclose(skeleton.angles(part.body), skeleton.angles(late.body)[20:60], atol=1e-6)
+
+
+def test_joint_angles_of_films_and_markers_keep_the_files_that_they_come_from(tmp_path):
+    moved = take(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 5)).body
+    moved.to_parquet(tmp_path / "motion.parquet")
+    for field, path, source in (("views", "films/a", "video"), ("motion", "a.c3d", "markers")):
+        given = given_record(audio=str(tmp_path / "a.wav"), **{field: path})
+        row = intake.take(given, str(tmp_path / "motion.parquet"), 0.0, DECLARED, LABELS, 0.025, 1.0).row.iloc[0]
+        assert (row["motion_source"], row["motion_path"], row["motion_fps"]) == (source, path, 20.0)
 
 
 def test_neighbouring_excerpts_share_no_frame_and_lose_none(tmp_path):

@@ -116,6 +116,9 @@ def tables_of_a_run(tmp_path_factory):
     run.write(recovery.table(plausible.recovery_rows()), "evaluation/recovery.parquet", "recovery")
     run.write(plausible.smoothing(), "animation/smoothing.parquet", "smoothing_trial")
     run.write(plausible.stills(), "animation/stills.parquet", "stills")
+    run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
+    run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
+    run.write(plausible.observability(), "capture/observability.parquet", "observability")
     for name in ("stills", "strip"):
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"animation/{name}.png")
     return run
@@ -176,19 +179,27 @@ def draw_exhibits(run, labels):
     run.script("fig_6_4", "fig-6.4", {"picture": run.path("animation/strip.png")})
     moved = {name: run.path(f"evaluation/motion_{name}.parquet") for name in ("statistics", "histograms")}
     run.script("fig_motion", "fig-motion", moved, titles=TITLES | {"original": "original"})
+    run.script("fig_6_4", "fig-rig", {"picture": run.path("animation/strip.png")})
+    captured = {"scores": run.path("capture/capture_scores.parquet")}
+    run.script("table_capture", input=captured, output=table("table-capture"), width_px=696, method="robust")
+    told = {"tables": [run.path("capture/observability.parquet")] * 2}
+    run.script("table_observability", input=told, output=table("table-observability"))
     run.script("fig_recovery", "fig-recovery", {"recovery": run.path("evaluation/recovery.parquet")}, **setting)
 
 
 PLAIN = ["fig-timeline", "leaderboard", "fig-differences", "fig-7.3", "fig-7.5", "fig-7.2a", "fig-7.2b", "fig-7.4"]
+CAPTURED = ["table-capture", "table-observability"]
 MOVING = ["fig-4.3", "fig-6.3", "fig-6.4", "fig-motion"]
 
 
 def make_page(run, name, *, motion=True, planted=True, corpus=None):
-    """Render the page of the made-up run, with or without motion and planted truth; return its text."""
+    """Render the page of the made-up run, with or without films, motion and planted truth; return its text."""
     config = yaml.safe_load((ROOT / "config/demo.yaml").read_text(encoding="utf-8"))
     config["corpus"] |= corpus or {}
-    figures = PLAIN + MOVING * motion + ["fig-recovery"] * planted
-    csv = ["table-3-scenarios", "table-4.1", *(figure for figure in figures if figure != "fig-6.4")]
+    figures = PLAIN + MOVING * motion + ["fig-recovery", "fig-rig"] * planted
+    pictures = ("fig-6.4", "fig-rig")
+    csv = ["table-3-scenarios", "table-4.1", *(figure for figure in figures if figure not in pictures)]
+    csv += CAPTURED * planted
     shown = list(dict.fromkeys([*csv, *figures]))
     filmed = list(plausible.ACTORS) if motion else []
     evaluation = {name: run.path(f"evaluation/{name}.parquet") for name in ("session_scores", "differences")}
@@ -206,6 +217,7 @@ def make_page(run, name, *, motion=True, planted=True, corpus=None):
             "scores": evaluation["session_scores"],
             "differences": evaluation["differences"],
             "statistics": [run.path("evaluation/motion_statistics.parquet")] if motion else [],
+            "cameras": [run.path("capture/cameras.parquet")] * planted,
             "videos": [run.path(f"animation/{record}/comparison.mp4") for record in filmed],
         },
         output={"page": str(output)},

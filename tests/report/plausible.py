@@ -7,8 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cospeech import segments, skeleton
+from cospeech import segments, skeleton, trajectories
+from cospeech.capture import accuracy, camera
+from cospeech.capture import observability as told
 from cospeech.evaluation import scores, sessions
+from cospeech.markers import NAMES
+from cospeech.report import capture
+from cospeech.studio import rig
 from cospeech.synthesis import systems
 
 ROOT = Path(__file__).parents[2]
@@ -199,3 +204,43 @@ def stills() -> pd.DataFrame:
             for k, g in enumerate(GESTURES)
         ]
     )
+
+
+def cameras() -> pd.DataFrame:
+    return camera.to_table(rig.cameras(696, 1)).assign(rms_px=0.07, n_points=500)
+
+
+def capture_scores() -> pd.DataFrame:
+    """Return made-up errors of capture: small ones of the robust method, and of the other on one record."""
+    rows: list[dict[str, object]] = []
+    for name, quantity in capture.QUANTITIES.items():
+        if quantity.group == "cameras":
+            rows.append({"quantity": name, "value": 0.1, "n": 5})
+            continue
+        for place, record in enumerate(ACTORS):
+            rows.append(
+                {"quantity": name, "record": record, "method": "robust", "value": 0.1 + 0.1 * place, "n": 400}
+            )
+        if quantity.group == "markers":
+            rows.append({"quantity": name, "record": "ada_1", "method": "thesis", "value": 9.0, "n": 400})
+    return accuracy.table(rows)
+
+
+def observability() -> pd.DataFrame:
+    rows = [
+        (joint, axis, state, 0.0 if state == "locked" else 0.75, "as it is")
+        for joint in skeleton.JOINTS
+        for axis, state in zip("xyz", told.AXES[joint.rpartition("_")[2]][:3], strict=True)
+    ]
+    return pd.DataFrame(rows, columns=["joint", "axis", "state", "share", "reason"])
+
+
+def markers() -> pd.DataFrame:
+    """Return made-up markers in the world: seen, but for one that is predicted, lost, and set by a person."""
+    places = np.zeros((100, len(NAMES), 3))
+    places[20:30, NAMES.index("left_hand")] = np.nan
+    table = trajectories.to_table(places, NAMES, 20.0).assign(residual_px=0.2)
+    for status, first, end in (("predicted", 40, 44), ("corrected", 60, 61)):
+        own = (table["marker"] == "left_hand") & table["frame"].between(first, end - 1)
+        table.loc[own, "status"] = status
+    return table

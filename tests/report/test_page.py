@@ -94,12 +94,15 @@ def test_what_is_virtual_is_said_before_any_number(virtual):
     assert "Everything here is virtual: nobody was recorded." in text
     assert text.index("Everything here is virtual") < text.index("In short")
     assert "They say nothing about people" in text
+    assert "filmed by 5 virtual cameras: pictures of 696 x 520 pixels, 20 frames/s" in text
+    assert "from there, by the robust tracker" in text
 
 
 def test_what_is_real_is_said_before_any_number(real):
     text = real.text
     assert "Real recordings: the corpus “beat2”." in text
     assert text.index("Real recordings") < text.index("In short")
+    assert "filmed by" not in text
     assert "virtual" not in text.lower().split("how it was made")[0].replace("virtual studio", "")
 
 
@@ -123,6 +126,7 @@ def test_every_exhibit_is_there_and_names_its_tables(virtual):
     assert names == {
         "table-3-scenarios", "table-4.1", "fig-4.3", "fig-6.3", "fig-6.4", "fig-7.2a", "fig-7.2b", "fig-7.3",
         "fig-7.4", "fig-7.5", "leaderboard", "fig-timeline", "fig-differences", "fig-motion", "fig-recovery",
+        "table-capture", "fig-rig", "table-observability",
     }  # fmt: skip
     assert virtual.text.count("· from ") == len(names)
 

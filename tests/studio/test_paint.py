@@ -42,14 +42,13 @@ def drawn(camera, limbs, markers):
     ends = np.concatenate([limbs, np.repeat(markers[:, None], 2, axis=1)])
     radii = np.concatenate([stage.RADII_M, np.full(len(markers), RADIUS_M)])
     seen_from = ends @ camera.rotation.T + np.array(camera.shift_m)
-    sight, picture = stage.sight(camera), stage.room(camera)
-    depth = np.empty(picture.shape[1:], dtype=np.float32)
+    sight, room = stage.sight(camera), stage.room(camera)
+    picture, depth = np.empty_like(room), np.empty_like(room[0])
     whole = np.array([0, 0, *camera.size_px])
     pixels, reach = film.outlines(camera, ends, radii)
-    shown = paint.draw(
-        picture, depth, sight, paint.solids(seen_from, radii), pixels, reach, stage.PAINT, len(limbs), whole
-    )
-    rays = np.concatenate([sight, np.ones_like(sight[..., :1])], axis=-1).reshape(-1, 3).astype(float)
+    solids = paint.solids(seen_from, radii)
+    shown = paint.draw(picture, depth, room, sight, solids, pixels, reach, stage.PAINT, len(limbs), whole)
+    rays = np.stack([*sight, np.ones_like(room[0])], axis=-1).reshape(-1, 3).astype(float)
     return shown, depth, rays, seen_from, radii
 
 
@@ -75,7 +74,7 @@ def nearest(rays, solid):
     for i in range(len(rays)):
         depth = np.inf
         for k in range(len(solid)):
-            z, _ = paint.strike(rays[i, 0], rays[i, 1], solid[k])
+            z, _ = paint.strike(rays[i, 0], rays[i, 1], paint.numbers(solid[k]))
             if z < depth:
                 depth, owner[i] = z, k
     return owner
@@ -86,8 +85,8 @@ def test_of_every_marker_as_many_pixels_are_seen_as_a_fine_grid_of_rays_finds(vi
     limbs, markers = scene
     camera, fine = rig.cameras(WIDTH_PX, 3)[view], 8
     shown, _, _, ends, radii = drawn(camera, limbs, markers)
-    steps = ((np.arange(fine) + 0.5) / fine - 0.5) / 2
-    grid = stage.sight(camera).astype(float)
+    steps = ((np.arange(fine, dtype=np.float32) + 0.5) / fine - 0.5) / 2
+    grid = np.moveaxis(stage.sight(camera), 0, -1)
     right, down = np.gradient(grid, axis=1) * 2, np.gradient(grid, axis=0) * 2
     rays = np.concatenate([(grid + u * right + v * down).reshape(-1, 2) for u in steps for v in steps])
     owner = nearest(rays, paint.solids(ends, radii)) - len(limbs)

@@ -1,23 +1,43 @@
 """From films to joint angles by the workflow, held against what was planted before the cameras."""
 
-import numpy as np
+import shutil
+
+import av
 import pandas as pd
 import pytest
+import yaml
 from project import ROOT, Project
-from scipy.spatial.transform import Rotation
 
-from cospeech import skeleton
+from cospeech.evaluation import scores as held
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("film")]
 
+FILM = ROOT / "config" / "film.yaml"
 RECORDS = ("ada_1", "ada_2")
+TRUE_ANGLES = "results/film/evaluation/true_angles/ada.parquet"
+SCORES = "results/film/capture/capture_scores.parquet"
+SHEET = "reports/film/capture/ada_1.html"
 
 
 @pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
+def project(tmp_path_factory):
     project = Project(tmp_path_factory.mktemp("film"))
-    project.make("markers", config=ROOT / "config" / "film.yaml")
+    phrases = [
+        f"results/film/synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet" for record in RECORDS
+    ]
+    project.make("markers", SCORES, SHEET, *phrases, TRUE_ANGLES, config=FILM)
+    return project
+
+
+@pytest.fixture(scope="module")
+def filmed(project):
     return project.folder / "results" / "film"
+
+
+@pytest.fixture(scope="module")
+def scores(project):
+    """The errors of capture (see ``capture.accuracy``), by quantity, record and method."""
+    return pd.read_parquet(project.folder / SCORES).set_index(["quantity", "record", "method"])["value"]
 
 
 def test_the_rig_is_found_from_the_laser_alone(filmed):
@@ -30,46 +50,73 @@ def test_the_rig_is_found_from_the_laser_alone(filmed):
     assert found["n_points"].min() > 400
 
 
-@pytest.mark.parametrize("record", RECORDS)
-def test_markers_are_found_where_they_were_planted(filmed, record):
-    """The goal at half size: 1.0 mm RMS in space, no marker taken for another."""
-    found = pd.read_parquet(filmed / "capture" / record / "markers_3d.parquet")
-    truth = pd.read_parquet(filmed / "corpus" / "truth" / f"markers_3d~{record}.parquet")
-    both = found.merge(truth, on=["frame", "marker"], suffixes=("", "_true"))
-    places = ["x_m", "y_m", "z_m"]
-    seen = (both["status"] == "seen").to_numpy()
-    here, there = both[places].to_numpy(), both[[f"{name}_true" for name in places]].to_numpy()
-    # The frame of the world comes from the points on which the laser's spot rested.
-    assert np.sqrt(np.mean(np.sum((here - there)[seen] ** 2, axis=1))) < 0.0007
-    middle, middle_true = here[seen].mean(axis=0), there[seen].mean(axis=0)
-    turn, _ = Rotation.align_vectors(there[seen] - middle_true, here[seen] - middle)
-    error = np.linalg.norm(turn.apply(here - middle) + middle_true - there, axis=1)
-    assert len(both) == len(truth)
-    assert seen.mean() > 0.95
-    assert np.sqrt(np.mean(error[seen] ** 2)) < 0.001
-    assert error[seen].max() < 0.02  # half the distance of two markers that could be exchanged, and less
+def test_the_world_stands_where_its_marks_are_stated_to(scores):
+    assert scores["spots_mm"].item() < 0.5
+    assert scores["world_shift_mm"].item() < 0.7
 
 
 @pytest.mark.parametrize("record", RECORDS)
-def test_trunk_and_head_turn_as_planted(filmed, record):
+def test_markers_are_found_where_they_were_planted(scores, record):
+    """The goals at half size: 1.0 mm RMS in space, 0.3 % of what is visible not seen, none taken for another."""
+    assert scores["seen_mm", record, "robust"] < 1.0
+    assert scores["pixels_px", record, "robust"] < 0.2
+    assert scores["visible_unseen_pct", record, "robust"] < 0.3
+    assert scores["swaps", record, "robust"] == 0
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_trunk_and_head_turn_as_planted(scores, record):
     """The goal: 0.2 degrees."""
-    turned = {}
-    for name, path in (
-        ("found", f"capture/{record}/motion.parquet"),
-        ("true", f"corpus/truth/motion~{record}.parquet"),
-    ):
-        motion = pd.read_parquet(filmed / path)
-        root_m = motion[list(skeleton.ROOT_COLUMNS)].to_numpy()
-        turned[name], _ = skeleton.chain(root_m, skeleton.angles(motion))
-    for joint in ("chest", "head"):
-        index = skeleton.JOINTS.index(joint)
-        between = np.swapaxes(turned["found"][:, index], 1, 2) @ turned["true"][:, index]
-        cosine = (np.trace(between, axis1=1, axis2=2) - 1.0) / 2.0
-        degrees = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-        assert np.sqrt(np.mean(degrees**2)) < 0.2, joint
+    assert scores["thorax_deg", record, "robust"] < 0.2
+    assert scores["head_deg", record, "robust"] < 0.2
+
+
+def test_the_plain_tracker_of_the_thesis_is_held_beside_it(scores):
+    assert scores["seen_mm", "ada_1", "thesis"] > 3 * scores["seen_mm", "ada_1", "robust"]
+    assert ("seen_mm", "ada_2", "thesis") not in scores.index
+
+
+def test_a_quality_sheet_plays_the_films_with_their_markers(project, filmed):
+    sheet = (project.folder / SHEET).read_text()
+    assert 'src="../../../results/film/capture/ada_1/overlay.mp4"' in sheet
+    assert sheet.count('<img src="data:image/png;base64,') == 6
+    with av.open(str(filmed / "capture" / "ada_1" / "overlay.mp4")) as video:
+        stream = video.streams.video[0]
+        assert (stream.frames, stream.average_rate) == (400, 20)
 
 
 @pytest.mark.parametrize("record", RECORDS)
 def test_other_programs_get_their_files(filmed, record):
     for ending, first in (("trc", b"PathFileType"), ("c3d", b"\x02P"), ("bvh", b"HIERARCHY")):
         assert (filmed / "export" / f"{record}.{ending}").read_bytes().startswith(first)
+
+
+def test_true_angles_go_the_way_of_found_ones(filmed, tmp_path):
+    """With the found angles in the place of the true ones, the scores are those of the run itself."""
+    shutil.copytree(filmed, tmp_path / "results" / "film")
+    again = tmp_path / "results" / "film"
+    for record in RECORDS:
+        shutil.copy(again / "motion" / f"{record}.parquet", again / "corpus" / "truth" / f"motion~{record}.parquet")
+    Project(tmp_path).make(TRUE_ANGLES, "--allowed-rules", "true_angles", "--force", config=FILM)
+    found = pd.read_parquet(tmp_path / TRUE_ANGLES)
+    settings = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text(encoding="utf-8"))
+    evaluation = settings["evaluation"]
+    rules = held.Rules(
+        gestures=tuple(settings["phrases"]["gesture"]["labels"]),
+        bins_s=tuple(evaluation["bins_s"]),
+        max_duration_s=settings["synthesis"]["max_duration_s"],
+        tolerance_s=evaluation["boundary_tolerance_s"],
+        frame_s=settings["speech"]["frame_s"],
+        **evaluation["interior"],
+    )
+    for record in RECORDS:
+        actual, made = (
+            held.phrases(pd.read_parquet(again / path), rules)
+            for path in (
+                f"phrases/gesture/{record}.parquet",
+                f"synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet",
+            )
+        )
+        own = pd.DataFrame(held.record_scores(actual, made, rules))
+        there = found[found["record"] == record].reset_index(drop=True)[own.columns]
+        pd.testing.assert_frame_equal(there, own, check_dtype=False)

@@ -5,6 +5,9 @@ SHOWN = ANIMATION["video"]["shown"]
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
+# What is shown of the studio's five films beside a figure: the one from the front.
+SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
+
 
 def of_system(system, name):
     """The path of one artifact of a system at the main setting."""
@@ -80,6 +83,7 @@ if "motion" in BRINGS:
                 of_system("random", "phrases.parquet"),
             ],
             audio=SOUND,
+            shot=SHOT,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         log:
@@ -88,7 +92,7 @@ if "motion" in BRINGS:
             f"{RESULTS}/benchmarks/comparison/{{record}}.tsv"
         params:
             settings=FILM,
-            titles=["original", SHOWN, "random"],
+            titles=["captured" if SHOT else "original", SHOWN, "random"],
             corpus=config["corpus"]["name"],
             code=code("animation/comparison"),
         message:
@@ -100,6 +104,7 @@ if "motion" in BRINGS:
         input:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
             phrases=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
+            shots=expand(SHOT, record=RECORDS),
         output:
             picture=f"{RESULTS}/animation/stills.png",
             table=f"{RESULTS}/animation/stills.parquet",
@@ -116,8 +121,6 @@ if "motion" in BRINGS:
             "typical pictures of the gesture classes"
         script:
             "../../scripts/animation/stills.py"
-
-    FIRST_RECORDS = [records_of(actor)[0] for actor in ACTORS]
 
     rule strip:
         input:

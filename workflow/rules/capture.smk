@@ -1,29 +1,68 @@
-# From films to joint angles: markers in every view and in the world, then the body that carries them.
+# From films or markers to joint angles: markers in every view and in the world, then the body that carries them.
+
+
+def films_of(wildcards):
+    """The films of a take, one of each camera."""
+    return TAKES[wildcards.take]
+
+
+def marker_file_of(wildcards):
+    """The file of another system that holds the markers of a take."""
+    return TAKES[wildcards.take][0]
+
+
+def sound_of(wildcards):
+    """The record's own sound, which a range-of-motion take has none of."""
+    audio = RECORDS.get(wildcards.take, {}).get("audio")
+    return [audio] if audio else []
+
+
+def by_hand(kind):
+    """The file of clicks or corrections of a take, where a person made one."""
+
+    def given(wildcards):
+        folder = config["capture"][kind]
+        path = Path(folder or "", f"{wildcards.take}.csv")
+        return [str(path)] if folder and path.is_file() else []
+
+    return given
+
+
+def range_of_motion(wildcards):
+    """The markers of the range-of-motion take of the record's actor."""
+    return f"{RESULTS}/capture/range~{actor_of(wildcards.record)}/markers_3d.parquet"
+
 
 if FILMED:
 
-    RANGES = {actor: f"range~{actor}" for actor in ACTORS}
-    TAKE = "|".join([*RECORDS, *RANGES.values()])
-
-    def by_hand(kind):
-        """The file of clicks or corrections of a take, where a person made one."""
-
-        def given(wildcards):
-            folder = config["capture"][kind]
-            path = Path(folder or "", f"{wildcards.take}.csv")
-            return [str(path)] if folder and path.is_file() else []
-
-        return given
-
-    def range_of_motion(wildcards):
-        """The markers of the range-of-motion take of the record's actor."""
-        return f"{RESULTS}/capture/{RANGES[actor_of(wildcards.record)]}/markers_3d.parquet"
+    rule offsets:
+        input:
+            films=films_of,
+            sound=sound_of,
+        output:
+            offsets=f"{RESULTS}/capture/{{take}}/offsets.parquet",
+        log:
+            f"{RESULTS}/logs/offsets/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/offsets/{{take}}.tsv"
+        wildcard_constraints:
+            take="|".join(FILMED),
+        params:
+            given_s=lambda wildcards: configuration.offsets_s(config, wildcards.take),
+            corpus=config["corpus"]["name"],
+            code=code("capture/offsets"),
+        message:
+            "how far the films of {wildcards.take} are out of step"
+        script:
+            "../../scripts/capture/offsets.py"
 
     rule track:
         input:
             cameras=rules.calibrate.output.cameras,
             calibration=rules.calibrate.input.take,
-            films=expand(f"{RESULTS}/corpus/raw/{{{{take}}}}/{{view}}.mkv", view=VIEWS),
+            films=films_of,
+            # The studio's films are in step.
+            offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{take}}/offsets.parquet",
             clicks=by_hand("clicks"),
             corrections=by_hand("corrections"),
         output:
@@ -35,7 +74,7 @@ if FILMED:
         benchmark:
             f"{RESULTS}/benchmarks/track/{{take}}.tsv"
         wildcard_constraints:
-            take=TAKE,
+            take="|".join(FILMED),
         params:
             settings=config["capture"]["track"],
             corpus=config["corpus"]["name"],
@@ -44,6 +83,78 @@ if FILMED:
             "markers of {wildcards.take} in every view and in the world"
         script:
             "../../scripts/capture/track.py"
+
+    # What a person looks at to judge and to correct the tracking of a record; made where it is asked for.
+    MOMENTS = range(1, 7)
+
+    rule worst_moments:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=lambda wildcards: TAKES[wildcards.record],
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+        output:
+            table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
+            pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
+        log:
+            f"{RESULTS}/logs/worst_moments/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/worst_moments/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/worst_moments"),
+        message:
+            "worst moments of the markers of {wildcards.record}"
+        script:
+            "../../scripts/capture/worst_moments.py"
+
+    rule overlay:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            films=lambda wildcards: TAKES[wildcards.record],
+            views=f"{RESULTS}/capture/{{record}}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+        output:
+            video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
+        log:
+            f"{RESULTS}/logs/overlay/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/overlay/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("capture/overlay"),
+        message:
+            "films of {wildcards.record} with their markers"
+        script:
+            "../../scripts/capture/overlay.py"
+
+
+if len(TAKES) > len(FILMED):
+
+    rule marker_file:
+        input:
+            file=marker_file_of,
+        output:
+            world=f"{RESULTS}/capture/{{take}}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{take}}/marker_spans.parquet",
+        log:
+            f"{RESULTS}/logs/marker_file/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/marker_file/{{take}}.tsv"
+        wildcard_constraints:
+            take="|".join(take for take in TAKES if take not in FILMED),
+        params:
+            markers=config["corpus"]["markers"],
+            longest_hidden_s=config["capture"]["track"]["longest_hidden_s"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/marker_file"),
+        message:
+            "markers of {wildcards.take} as another system measured them"
+        script:
+            "../../scripts/capture/marker_file.py"
+
+
+if TAKES:
 
     rule skeleton:
         input:
@@ -84,3 +195,60 @@ if FILMED:
             "{wildcards.record} as TRC, C3D and BVH"
         script:
             "../../scripts/capture/export_motion.py"
+
+
+if VIRTUAL and FILMED:
+
+    # The other of the two methods, on one record an actor, to be compared with.
+    TRACKER = config["capture"]["track"]["method"]
+    OTHER = {"robust": "thesis", "thesis": "robust"}[TRACKER]
+
+    use rule track as track_other with:
+        output:
+            views=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_2d.parquet",
+            world=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{take}}/{OTHER}/marker_spans.parquet",
+        log:
+            f"{RESULTS}/logs/track_other/{{take}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/track_other/{{take}}.tsv"
+        params:
+            settings=config["capture"]["track"] | {"method": OTHER},
+            corpus=config["corpus"]["name"],
+            code=code("capture/track"),
+        message:
+            f"markers of {{wildcards.take}} by the method '{OTHER}'"
+
+    # Whose markers are held against the planted ones: every record by the method in use, a few by the other.
+    TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in RECORDS]
+    TRACKED += [(record, OTHER, f"{RESULTS}/capture/{record}/{OTHER}") for record in FIRST_RECORDS]
+
+    rule capture_scores:
+        input:
+            cameras=rules.calibrate.output.cameras,
+            true_cameras=rules.studio_rig.output.cameras,
+            spots=rules.studio_laser.output.laser,
+            views=[f"{folder}/markers_2d.parquet" for *_, folder in TRACKED],
+            world=[f"{folder}/markers_3d.parquet" for *_, folder in TRACKED],
+            true_views=expand(f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet", record=RECORDS),
+            true_world=expand(f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet", record=RECORDS),
+            takes=[f"{RESULTS}/capture/range~{actor_of(record)}/markers_3d.parquet" for record in RECORDS],
+            motion=expand(f"{RESULTS}/capture/{{record}}/motion.parquet", record=RECORDS),
+            true_motion=expand(f"{RESULTS}/corpus/truth/motion~{{record}}.parquet", record=RECORDS),
+        output:
+            scores=f"{RESULTS}/capture/capture_scores.parquet",
+        log:
+            f"{RESULTS}/logs/capture_scores.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/capture_scores.tsv"
+        params:
+            records=list(RECORDS),
+            tracked=[(record, method) for record, method, _ in TRACKED],
+            method=TRACKER,
+            static_s=config["capture"]["static_s"],
+            corpus=config["corpus"]["name"],
+            code=code("capture/capture_scores"),
+        message:
+            "what capture found, against what was planted"
+        script:
+            "../../scripts/capture/capture_scores.py"

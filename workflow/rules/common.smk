@@ -14,6 +14,10 @@ def others(record):
     return [name for name in records_of(actor_of(record)) if name != record]
 
 
+# The first record of each actor, where one an actor is enough.
+FIRST_RECORDS = [records_of(actor)[0] for actor in ACTORS]
+
+
 def code(name):
     """The content hash of scripts/<name>.py and of every module of the package that it rests on."""
     return closure.code_hash(Path(workflow.basedir) / "scripts" / f"{name}.py")

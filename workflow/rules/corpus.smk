@@ -20,9 +20,14 @@ def given_record(wildcards):
 
 
 def files_of(wildcards):
-    """The files that a record is made of."""
-    record = RECORDS[wildcards.record]
-    return {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+    """The files that a record is made of; films and markers have become joint angles."""
+    name, record = wildcards.record, RECORDS[wildcards.record]
+    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+    if name in TAKES:
+        files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
+    if name in FILMED and "audio" in files and not VIRTUAL:
+        files["offsets"] = f"{RESULTS}/capture/{name}/offsets.parquet"
+    return files
 
 
 def examples_of(wildcards):
@@ -51,7 +56,6 @@ rule record:
         length_tolerance_s=config["corpus"]["length_tolerance_s"],
         labels=config["phrases"]["gesture"]["labels"],
         frame_s=config["speech"]["frame_s"],
-        filmed=FILMED,
         corpus=config["corpus"]["name"],
         code=code("corpus/record"),
     message:

@@ -7,6 +7,16 @@ SCORED = [(system, MAIN, record) for system in SYSTEMS for record in RECORDS] + 
     (system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS
 ]
 
+# How a synthesised record is held against the actual one.
+SCORING = {
+    "gestures": tuple(config["phrases"]["gesture"]["labels"]),
+    "bins_s": tuple(config["evaluation"]["bins_s"]),
+    "max_duration_s": config["synthesis"]["max_duration_s"],
+    "tolerance_s": config["evaluation"]["boundary_tolerance_s"],
+    **config["evaluation"]["interior"],
+    "frame_s": config["speech"]["frame_s"],
+}
+
 
 rule record_scores:
     input:
@@ -24,14 +34,7 @@ rule record_scores:
     params:
         actors={record: actor_of(record) for record in RECORDS},
         scored=[(system, *setting, record) for system, setting, record in SCORED],
-        rules={
-            "gestures": tuple(config["phrases"]["gesture"]["labels"]),
-            "bins_s": tuple(config["evaluation"]["bins_s"]),
-            "max_duration_s": config["synthesis"]["max_duration_s"],
-            "tolerance_s": config["evaluation"]["boundary_tolerance_s"],
-            **config["evaluation"]["interior"],
-            "frame_s": config["speech"]["frame_s"],
-        },
+        rules=SCORING,
         corpus=lookup(within=config, dpath="corpus/name"),
         code=code("evaluation/record_scores"),
     message:
@@ -151,3 +154,62 @@ if VIRTUAL:
             "how much of what was planted is found again"
         script:
             "../../scripts/evaluation/recovery.py"
+
+
+if VIRTUAL and FILMED:
+
+    rule true_angles:
+        input:
+            motion=lambda wildcards: expand(
+                f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
+                record=records_of(wildcards.actor),
+            ),
+            annotations=lambda wildcards: expand(
+                f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+                record=records_of(wildcards.actor),
+            ),
+            prosody=lambda wildcards: expand(
+                f"{RESULTS}/phrases/prosody/{MAIN.path}/fold~{{record}}/segments.parquet",
+                record=records_of(wildcards.actor),
+            ),
+        output:
+            scores=f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet",
+        log:
+            f"{RESULTS}/logs/true_angles/{{actor}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/true_angles/{{actor}}.tsv"
+        params:
+            records=lambda wildcards: records_of(wildcards.actor),
+            settings=lookup(within=config, dpath="phrases/gesture"),
+            setting=MAIN._asdict(),
+            estimate=ESTIMATE | {"clusters": MAIN.clusters},
+            weights=lookup(within=config, dpath="synthesis/emission_weights"),
+            censoring=lookup(within=config, dpath="synthesis/censoring"),
+            frame_s=lookup(within=config, dpath="speech/frame_s"),
+            rules=SCORING,
+            corpus=lookup(within=config, dpath="corpus/name"),
+            code=code("evaluation/true_angles"),
+        message:
+            "what the true joint angles of {wildcards.actor} give"
+        script:
+            "../../scripts/evaluation/true_angles.py"
+
+    rule film_effect:
+        input:
+            filmed=rules.session_scores.output.scores,
+            true=expand(f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet", actor=ACTORS),
+        output:
+            effect=f"{RESULTS}/evaluation/film_effect.parquet",
+        log:
+            f"{RESULTS}/logs/film_effect.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/film_effect.tsv"
+        params:
+            bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
+            seed=lookup(within=config, dpath="seed"),
+            corpus=lookup(within=config, dpath="corpus/name"),
+            code=code("evaluation/film_effect"),
+        message:
+            "scores from film beside those from the true joint angles"
+        script:
+            "../../scripts/evaluation/film_effect.py"

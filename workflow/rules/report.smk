@@ -18,6 +18,7 @@ WIDEST_BIN_S = max(config["evaluation"]["bins_s"])
 
 # The template belongs to the program, which may lie elsewhere than the results.
 TEMPLATE = Path(workflow.basedir) / "reports" / "template"
+PARTS = [TEMPLATE / "style.css", TEMPLATE / "table.html.jinja"]
 PUBLISHED = TEMPLATE / "published.yaml"
 CAPTIONS = "../../reports/template/captions"
 
@@ -358,6 +359,70 @@ if "motion" in BRINGS:
             "../../scripts/report/fig_motion.py"
 
 
+if VIRTUAL and FILMED:
+
+    rule table_capture:
+        input:
+            scores=rules.capture_scores.output.scores,
+            effect=rules.film_effect.output.effect,
+        output:
+            table=tabled("table-capture", "Capture"),
+        log:
+            f"{RESULTS}/logs/table_capture.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/table_capture.tsv"
+        params:
+            width_px=config["studio"]["camera_width_px"],
+            method=TRACKER,
+            bin_s=WIDEST_BIN_S,
+            corpus=config["corpus"]["name"],
+            code=code("report/table_capture"),
+        message:
+            "capture against truth, beside its goals"
+        script:
+            "../../scripts/report/table_capture.py"
+
+
+if FILMED:
+
+    rule fig_rig:
+        input:
+            picture=rules.calibrate.output.picture,
+        output:
+            **drawn("fig-rig", "Capture"),
+        log:
+            f"{RESULTS}/logs/fig_rig.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fig_rig.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("report/fig_6_4"),
+        message:
+            "the rig, as it was found"
+        script:
+            "../../scripts/report/fig_6_4.py"
+
+
+if TAKES:
+
+    rule table_observability:
+        input:
+            tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=CAPTURED),
+        output:
+            table=tabled("table-observability", "Capture"),
+        log:
+            f"{RESULTS}/logs/table_observability.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/table_observability.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("report/table_observability"),
+        message:
+            "which joint angles the markers tell"
+        script:
+            "../../scripts/report/table_observability.py"
+
+
 if VIRTUAL:
 
     rule fig_recovery:
@@ -403,18 +468,25 @@ else:
     ABSENT.append(
         "Videos, figures 4.3, 6.3 and 6.4 and motion statistics, as the corpus brings gesture labels and no motion."
     )
+if TAKES:
+    TABLES.append("table-observability")
+if FILMED:
+    FIGURES.append("fig-rig")
+if VIRTUAL and FILMED:
+    TABLES.append("table-capture")
 if VIRTUAL:
     FIGURES.append("fig-recovery")
     TABLES.append("fig-recovery")
 else:
     ABSENT.append("What a program planted, and the oracle that knows it, as real people were recorded.")
 EXHIBITS = list(dict.fromkeys([*TABLES, *FIGURES]))
-FILMED = list(RECORDS) if "motion" in BRINGS else []
+MOVING = list(RECORDS) if "motion" in BRINGS else []
 
 
 rule page:
     input:
         template=TEMPLATE / "page.html.jinja",
+        parts=PARTS,
         published=PUBLISHED,
         captions=[TEMPLATE / "captions" / f"{exhibit}.rst" for exhibit in EXHIBITS],
         figures=expand(f"{REPORTS}/figures/{{exhibit}}.svg", exhibit=FIGURES),
@@ -423,8 +495,9 @@ rule page:
         annotations=f"{RESULTS}/corpus/annotations.parquet",
         scores=rules.session_scores.output.scores,
         differences=rules.differences.output.differences,
-        statistics=[rules.motion_statistics.output.statistics] if FILMED else [],
-        videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=FILMED),
+        statistics=[rules.motion_statistics.output.statistics] if MOVING else [],
+        cameras=[rules.calibrate.output.cameras] if VIRTUAL and FILMED else [],
+        videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
     output:
         page=f"{REPORTS}/index.html",
     log:
@@ -448,8 +521,8 @@ rule page:
             + [f"tables/{exhibit}.csv" for _ in range(exhibit in TABLES)]
             for exhibit in EXHIBITS
         },
-        filmed=FILMED,
-        video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in FILMED},
+        filmed=MOVING,
+        video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in MOVING},
         run=config["run"],
         corpus=config["corpus"]["name"],
         code=code("report/page"),
@@ -457,3 +530,31 @@ rule page:
         "the page"
     script:
         "../../scripts/report/page.py"
+
+
+if FILMED:
+
+    rule quality_sheet:
+        input:
+            template=TEMPLATE / "quality.html.jinja",
+            parts=PARTS,
+            calibration=rules.calibrate.output.quality,
+            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
+            spans=f"{RESULTS}/capture/{{record}}/marker_spans.parquet",
+            moments=rules.worst_moments.output.table,
+            pictures=rules.worst_moments.output.pictures,
+            overlay=rules.overlay.output.video,
+        output:
+            sheet=f"{REPORTS}/capture/{{record}}.html",
+        log:
+            f"{RESULTS}/logs/quality_sheet/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/quality_sheet/{{record}}.tsv"
+        params:
+            corrections=config["capture"]["corrections"],
+            corpus=config["corpus"]["name"],
+            code=code("report/quality_sheet"),
+        message:
+            "quality sheet of {wildcards.record}"
+        script:
+            "../../scripts/report/quality_sheet.py"

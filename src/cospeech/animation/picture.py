@@ -1,25 +1,18 @@
-"""What stands around a figure: background, captions, the coloured tag of the gesture, the strip of phrases."""
+"""What stands around a figure: background, the coloured tag of the gesture, the strip of phrases."""
 
 from __future__ import annotations
 
 import functools
-import importlib.util
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from PIL import Image as Pillow
-from PIL import ImageDraw, ImageFont
+from PIL import ImageDraw
 
-from cospeech import palette, segments, tables
-
-Image = npt.NDArray[np.uint8]
-Colour = tuple[int, int, int]
-
-INK: Colour = (52, 56, 64)
-FAINT: Colour = (128, 133, 142)
+from cospeech import canvas, palette, segments
+from cospeech.canvas import Colour, Image
 
 
 def gesture_colour(label: str) -> Colour:
@@ -36,29 +29,9 @@ def background(height: int, width: int) -> Image:
 
 
 @functools.cache
-def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return DejaVu Sans at ``size`` pixels, out of matplotlib's package (which is not imported for it)."""
-    found = importlib.util.find_spec("matplotlib")
-    assert found is not None
-    assert found.origin is not None
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return ImageFont.truetype(str(Path(found.origin).parent / "mpl-data" / "fonts" / "ttf" / name), size)
-
-
-@functools.cache
-def lettering(text: str, size: int, bold: bool = False) -> npt.NDArray[np.float32]:
-    """Return how much ink ``text`` puts on each pixel (h, w) in [0, 1]; h is the same for every text of a size."""
-    face = font(size, bold)
-    ascent, descent = face.getmetrics()
-    plate = Pillow.new("L", (max(1, round(face.getlength(text)) + 1), ascent + descent))
-    ImageDraw.Draw(plate).text((0, 0), text, font=face, fill=255)
-    return np.asarray(plate, dtype=np.float32) / np.float32(255)
-
-
-@functools.cache
 def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
     """Return the pill that names a gesture: colours (h, w, 3) and opacity (h, w)."""
-    ink = lettering(label.replace("_", " "), size, True)
+    ink = canvas.lettering(label.replace("_", " "), size, True)
     across, up = round(0.75 * size), round(0.12 * size)
     height, width = ink.shape[0] + 2 * up, ink.shape[1] + 2 * across
     fine = Pillow.new("L", (4 * width, 4 * height))
@@ -67,26 +40,8 @@ def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
     colour = gesture_colour(label)
     colours = np.full((height, width, 3), colour, dtype=np.uint8)
     light = float(np.dot(colour, (0.299, 0.587, 0.114)))
-    lay(colours, up, across, INK if light > 145 else (255, 255, 255), ink)
+    canvas.lay(colours, up, across, canvas.INK if light > 145 else (255, 255, 255), ink)
     return colours, shape
-
-
-def lay(image: Image, top: int, left: int, colours: Image | Colour, opacity: npt.NDArray[np.float32]) -> None:
-    """Lay colours (h, w, 3), or one colour, with an opacity (h, w) on ``image`` in place; what sticks out is cut."""
-    height, width = opacity.shape
-    part = image[top : top + height, left : left + width]
-    cover = opacity[: part.shape[0], : part.shape[1], None]
-    ink = np.asarray(colours, dtype=np.float32)
-    if ink.ndim == 3:
-        ink = ink[: part.shape[0], : part.shape[1]]
-    part[:] = np.round(part + cover * (ink - part))
-
-
-def write(image: Image, text: str, top: int, left: int, size: int, colour: Colour = INK, bold: bool = False) -> int:
-    """Write ``text`` with its upper left corner at (top, left); return its width."""
-    ink = lettering(text, size, bold)
-    lay(image, top, left, colour, ink)
-    return ink.shape[1]
 
 
 class Strip:
@@ -108,7 +63,7 @@ class Strip:
     def mark(self, image: Image, time_s: float) -> None:
         """Draw the mark at ``time_s``."""
         column = self._column(time_s)
-        image[self.top - 3 : self.bottom + 3, column - 1 : column + 1] = INK
+        image[self.top - 3 : self.bottom + 3, column - 1 : column + 1] = canvas.INK
 
     def _column(self, time_s: float) -> int:
         share = min(max(time_s / self.duration_s, 0.0), 1.0)
@@ -118,9 +73,3 @@ class Strip:
 def labels_at(phrases: pd.DataFrame, times_s: Sequence[float] | npt.NDArray[np.float64]) -> list[str]:
     """Return the gesture that is shown at each time."""
     return list(phrases["label"].to_numpy(dtype=object)[segments.at_times(phrases, times_s)])
-
-
-def save(image: Image, path: str | Path) -> None:
-    """Write a picture as PNG, all or nothing."""
-    with tables.replacing(path) as temporary:
-        Pillow.fromarray(image).save(temporary, format="png", optimize=True)

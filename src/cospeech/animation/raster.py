@@ -305,30 +305,3 @@ def _between(hidden: Singles, front: Singles, y: int, x: int, near: np.float32) 
     share_d = down * right * max(none, all_ - apart * abs(front[row + 1, column + 1] - near))
     total = share_a + share_b + share_c + share_d
     return (share_a * a + share_b * b + share_c * c + share_d * d) / max(total, np.float32(1e-3))
-
-
-@numba.njit(cache=True)
-def to_yuv(image: Image, light: Image, blueness: Image, redness: Image) -> None:
-    """Turn a picture (H, W, 3), both even, into the planes of yuv420p: BT.709 in video range, in whole numbers.
-
-    ``light`` is (H, W); ``blueness`` and ``redness`` are (H / 2, W / 2), the mean of 2 x 2 pixels.
-    """
-    height, width = blueness.shape
-    every, out = image.reshape(-1), light.reshape(-1)
-    for x in range(len(out)):  # 32 bits and flat arrays, so that the loop runs in vectors
-        red, green, blue = np.int32(every[3 * x]), np.int32(every[3 * x + 1]), np.int32(every[3 * x + 2])
-        sum_ = np.int32(11966) * red + np.int32(40254) * green + np.int32(4064) * blue
-        out[x] = np.uint8((sum_ + np.int32(1081344)) >> np.int32(16))
-    for y in range(height):
-        above, below = every[12 * y * width :], every[(12 * y + 6) * width :]
-        for x in range(width):
-            red = np.int32(above[6 * x]) + np.int32(above[6 * x + 3])
-            red += np.int32(below[6 * x]) + np.int32(below[6 * x + 3])
-            green = np.int32(above[6 * x + 1]) + np.int32(above[6 * x + 4])
-            green += np.int32(below[6 * x + 1]) + np.int32(below[6 * x + 4])
-            blue = np.int32(above[6 * x + 2]) + np.int32(above[6 * x + 5])
-            blue += np.int32(below[6 * x + 2]) + np.int32(below[6 * x + 5])
-            bluer = np.int32(28784) * blue - np.int32(22189) * green - np.int32(6595) * red
-            redder = np.int32(28784) * red - np.int32(26145) * green - np.int32(2639) * blue
-            blueness[y, x] = np.uint8((bluer + np.int32(33685504)) >> np.int32(18))
-            redness[y, x] = np.uint8((redder + np.int32(33685504)) >> np.int32(18))

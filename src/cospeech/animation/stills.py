@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments, skeleton
+from cospeech import canvas, films, segments, skeleton
 from cospeech.animation import figure, picture
 from cospeech.animation.units import frame_spans
 
@@ -21,6 +22,8 @@ ARM_POINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
 CELL_PX = (440, 560)
 """Height and width of one picture of a gesture class."""
 GRID_COLUMNS = 4
+FILM_PX, FILMED_COLUMNS = 300, 3
+"""Width of the middle of a film's picture beside it, and the columns of such a grid."""
 
 FRAME_PX = (360, 190)
 """Height and width of one frame of a strip."""
@@ -75,26 +78,40 @@ def typical(phrases: pd.DataFrame, motions: Mapping[str, pd.DataFrame], order: S
     return table
 
 
-def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Image:
-    """Return one picture (H, W, 3) of the frames that ``typical`` found, each from two sides, with captions."""
+def grid(table: pd.DataFrame, motions: Mapping[str, pd.DataFrame], shots: Mapping[str, Path]) -> Image:
+    """Return one picture (H, W, 3) of the frames that ``typical`` found, each from two sides, with captions.
+
+    Parameters
+    ----------
+    table : from ``typical``.
+    motions : the motion table of each record.
+    shots : the film of each record that was filmed, a picture a motion frame; it is shown beside the figure.
+    """
     height, width = CELL_PX
+    film_px = FILM_PX if shots else 0
+    columns = FILMED_COLUMNS if shots else GRID_COLUMNS
     bodies = [
         figure.pose(motions[record].iloc[[frame]])
         for record, frame in zip(table["record"], table["frame"], strict=True)
     ]
     painter, floor_m = figure.Painter(detail=3), figure.floor_height(bodies)
-    views = figure.cameras(painter.extent(bodies), (0, 36, width, height - 30))
-    rows = -(-len(table) // GRID_COLUMNS)
-    image = picture.background(1, 1)[0, 0] * np.ones((rows * height, GRID_COLUMNS * width, 3), dtype=np.uint8)
+    views = figure.cameras(painter.extent(bodies), (film_px, 36, film_px + width, height - 30))
+    width += film_px
+    rows = -(-len(table) // columns)
+    image = picture.background(1, 1)[0, 0] * np.ones((rows * height, columns * width, 3), dtype=np.uint8)
     for number, (moving, row) in enumerate(zip(bodies, table.itertuples(index=False), strict=True)):
-        top, left = height * (number // GRID_COLUMNS), width * (number % GRID_COLUMNS)
+        top, left = height * (number // columns), width * (number % columns)
         cell = image[top : top + height, left : left + width]
         cell[:] = picture.background(height, width)
+        record, frame = str(row.record), int(table["frame"].iloc[number])
+        if record in shots:
+            shot = films.stills(shots[record], {frame}, height)[frame]
+            cell[:, :film_px] = shot[:, (shot.shape[1] - film_px) // 2 :][:, :film_px]
         for view in views:
             painter.figure(moving, view.moved(left, top), floor_m).draw(image, 0)
-        picture.lay(cell, 14, 14, *picture.tag(str(row.label), 14))
+        canvas.lay(cell, 14, film_px + 14, *picture.tag(str(row.label), 14))
         caption = f"{row.record} · {row.time_s:.1f} s · one of {row.n_phrases} phrases"
-        picture.write(cell, caption, height - 24, 14, 12, picture.FAINT)
+        canvas.write(cell, caption, height - 24, film_px + 14, 12, canvas.FAINT)
         cell[:, -1] = cell[-1] = 255
     return image
 
@@ -126,10 +143,10 @@ def strip(motions: Sequence[pd.DataFrame], phrases: Sequence[pd.DataFrame], capt
         for number, (time_s, label) in enumerate(zip(times, picture.labels_at(shown, times), strict=True)):
             cell = picture.background(height, width)
             drawn.draw(cell, number)
-            picture.lay(cell, 12, 12, *picture.tag(label, 12))
-            picture.write(cell, f"{time_s:.1f} s", height - 24, 12, 12, picture.FAINT)
+            canvas.lay(cell, 12, 12, *picture.tag(label, 12))
+            canvas.write(cell, f"{time_s:.1f} s", height - 24, 12, 12, canvas.FAINT)
             cells.append(cell)
         header = picture.background(1, 1) * np.ones((28, width * len(cells), 1), dtype=np.uint8)
-        picture.write(header, caption, 10, 12, 13)
+        canvas.write(header, caption, 10, 12, 13)
         rows += [header, np.hstack(cells)]
     return np.vstack(rows)

@@ -1,14 +1,16 @@
 """The films of one take, read in step, one set of pictures after another.
 
 The decoder's own planes are used as they are: Y, Cb, Cr, the colours that the thesis tracks in (Özkul 2012, 2.3), so
-that nothing is converted or copied. One set of pictures is in memory at a time, whatever the length of the film.
+that nothing is converted or copied where the film is 4:4:4 in full range. Others, as most cameras write them, are
+brought to it. One set of pictures is in memory at a time, whatever the length of the film.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import av
@@ -22,17 +24,26 @@ Plane = npt.NDArray[np.uint8]
 Planes = tuple[Plane, Plane, Plane]
 """Y, Cb and Cr of one picture, each (H, width of the decoder's rows); what lies right of W is no picture."""
 
-FORMATS = ("yuvj444p", "yuv444p")
+FULL = "yuvj444p"
+"""Y, Cb and Cr of every pixel in full range (BT.601), by its name in FFmpeg."""
+
+UNEVEN_FRAMES = 0.6
+"""A picture that comes farther from its place in an even rate, in frames, is late, or one before it was dropped."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """What the file of one view says of itself."""
+    """What the file of one view says of itself; pictures before ``first`` are passed over and not counted."""
 
     path: Path
     size_px: tuple[int, int]
     fps: float
     n_frames: int
+    first: int = 0
+
+    def after(self, n_frames: int) -> Film:
+        """Return the film without its first ``n_frames`` pictures."""
+        return replace(self, first=self.first + n_frames, n_frames=self.n_frames - n_frames)
 
 
 def examine(path: str | Path, *, colour: bool = True) -> Film:
@@ -44,7 +55,7 @@ def examine(path: str | Path, *, colour: bool = True) -> Film:
 
     Raises
     ------
-    UserError : where the file is missing, is no film, is cut short, or has no full colour.
+    UserError : where the file is missing, is no film, is cut short, has no colour, or an uneven frame rate.
     """
     path = Path(path)
     if not path.is_file():
@@ -52,20 +63,34 @@ def examine(path: str | Path, *, colour: bool = True) -> Film:
     try:
         with av.open(path) as container:
             stream = container.streams.video[0]
-            size, form, fps = (stream.width, stream.height), stream.format.name, float(stream.average_rate or 0)
-            promised = (container.duration or 0) / av.time_base * fps
-            n_frames = sum(packet.size > 0 for packet in container.demux(stream))
+            size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
+            name, colours = stream.format.name, len(stream.format.components)
+            spans_s = [(packet.stream == stream, *_span_s(packet)) for packet in container.demux() if packet.size]
+            promised_s = ((container.start_time or 0) + (container.duration or 0)) / av.time_base
     except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
         raise UserError(f"{path}: no film, or its head is damaged; record or copy it again") from error
-    if colour and form not in FORMATS:
+    if colour and colours < 3:
+        raise UserError(f"{path}: its pictures have no colour ({name}); film the markers in colour")
+    starts_s = np.sort([start for is_picture, start, _ in spans_s if is_picture])
+    missing = (promised_s - max((end for *_, end in spans_s), default=0.0)) * fps
+    if missing > 1.5:
         raise UserError(
-            f"{path}: pictures are {form}, need 4:4:4 (yuv444p); convert it with ffmpeg -pix_fmt yuvj444p"
+            f"{path}: cut short: {len(starts_s)} of {len(starts_s) + missing:.0f} frames are there; copy it again, "
+            "or cut the other views"
         )
-    if n_frames < promised - 1.5:
+    late = np.abs((starts_s - starts_s[:1]) * fps - np.arange(len(starts_s)))
+    if late.max(initial=0.0) > UNEVEN_FRAMES:
         raise UserError(
-            f"{path}: cut short: {n_frames} of {promised:.0f} frames are there; copy it again, or cut the other views"
+            f"{path}: frame {int(np.argmax(late))} is {late.max():.1f} frames off an even {fps:g} frames/s: the rate "
+            "varies, or frames were dropped; convert it with ffmpeg -fps_mode cfr"
         )
-    return Film(path, size, fps, n_frames)
+    return Film(path, size, fps, len(starts_s))
+
+
+def _span_s(packet: av.Packet) -> tuple[float, float]:
+    """Return when what a packet holds starts and ends, in seconds."""
+    start = (packet.dts if packet.pts is None else packet.pts) or 0
+    return float(start * packet.time_base), float((start + (packet.duration or 0)) * packet.time_base)
 
 
 def check(films: Sequence[Film], cameras: Sequence[Camera], most_frames_apart: int) -> int:
@@ -150,13 +175,27 @@ def _decoded(film: Film) -> Generator[av.VideoFrame]:
     try:
         with av.open(film.path) as container:
             container.streams.video[0].thread_type = "NONE"
-            yield from container.decode(video=0)
+            for frame in islice(container.decode(video=0), film.first, None):
+                if frame.rotation:
+                    raise UserError(
+                        f"{film.path}: is to be shown turned by {frame.rotation} degrees; turn its pictures "
+                        "themselves, as ffmpeg does when it converts, or film upright"
+                    )
+                yield frame
     except av.FFmpegError as error:
         raise UserError(f"{film.path}: a picture is damaged ({error}); copy the film again") from error
 
 
 def planes(frame: av.VideoFrame) -> Planes:
-    """Return the planes of a decoded picture as the decoder left them; valid until the next picture is read."""
+    """Return the planes of a decoded picture, valid until the next picture is read.
+
+    Where colour has fewer pixels than brightness (4:2:0), it is first brought to the same number, as its standard
+    places it; then range and matrix are changed to those of ``FULL``.
+    """
+    if frame.format.name != FULL:
+        if not frame.format.name.startswith("yuvj"):
+            frame = frame.reformat(format="yuv444p")
+        frame = frame.reformat(format=FULL, dst_colorspace="ITU601", dst_color_range="JPEG")
     y, cb, cr = (
         np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)[: frame.height]
         for plane in frame.planes

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from cospeech.capture.camera import Camera
 from cospeech.markers import NAMES
 
 UNSEEN = ("predicted", "lost")
@@ -27,8 +26,10 @@ def spans(world: pd.DataFrame) -> pd.DataFrame:
 
 
 def worst_moments(world: pd.DataFrame, count: int, apart_s: float = 1.0) -> pd.DataFrame:
-    """Return the ``count`` worst moments as rows frame, marker, status, residual_px: lost, then predicted, then the
-    largest residual; two moments of one marker are at least ``apart_s`` seconds from each other.
+    """Return the ``count`` worst moments as rows frame, time_s, marker, status, residual_px.
+
+    Lost ones come first, then predicted ones, then the largest residuals; two moments of one marker are at least
+    ``apart_s`` seconds from each other.
     """
     rank = world["status"].map({"lost": 2, "predicted": 1}).fillna(0).to_numpy()
     order = world.assign(rank=rank).sort_values(
@@ -42,15 +43,23 @@ def worst_moments(world: pd.DataFrame, count: int, apart_s: float = 1.0) -> pd.D
             chosen.append(index)
         if len(chosen) == count:
             break
-    return world.loc[chosen, ["frame", "marker", "status", "residual_px"]].reset_index(drop=True)
+    return world.loc[chosen, ["frame", "time_s", "marker", "status", "residual_px"]].reset_index(drop=True)
 
 
-def best_view(views: pd.DataFrame, cameras: list[Camera], frame: int, marker: str) -> str:
-    """Return the camera that shows a moment best: the one with the most pixels of the marker, else the middle one."""
-    rows = views[(views["frame"] == frame) & (views["marker"] == marker)].dropna(subset=["n_pixels"])
-    if rows.empty:
-        return cameras[len(cameras) // 2].name
-    return str(rows["camera"].iloc[int(np.argmax(rows["n_pixels"].to_numpy(dtype=int)))])
+def nearest_known(views: pd.DataFrame) -> pd.DataFrame:
+    """Return a table ``markers_2d`` in which a lost marker stands where it was last known, or else will be next."""
+    ordered = views.sort_values("frame", kind="stable")
+    who = [ordered["camera"], ordered["marker"]]
+    places = ordered[["x_px", "y_px"]].groupby(who).ffill().groupby(who).bfill()
+    return views.assign(x_px=places["x_px"], y_px=places["y_px"])
+
+
+def in_views(moments: pd.DataFrame, views: pd.DataFrame) -> pd.DataFrame:
+    """Return moments of ``worst_moments`` in every view (schema ``worst_moments``), from a table ``markers_2d``."""
+    known = nearest_known(views).rename(columns={"status": "view_status"}).drop(columns="n_pixels")
+    ranked = moments.assign(moment=np.arange(1, len(moments) + 1))
+    found = ranked.merge(known, on=["frame", "marker"]).sort_values(["moment", "camera"], ignore_index=True)
+    return found[["moment", *moments.columns, "camera", "view_status", "x_px", "y_px"]]
 
 
 def summary(world: pd.DataFrame) -> list[str]:

@@ -20,28 +20,28 @@ SIDES = (
     ("From the side", 2, 1, "z, ahead (m)", "y, up (m)"),
 )
 RAY_M = 0.6
-NEAR = 0.08
-"""Distance below which a camera hides another, relative to the width of the rig."""
+SAME_M = 0.2
+"""Cameras that are seen closer to each other than this share a label."""
 
 
 def draw(cameras: Sequence[Camera], points_m: Floats) -> Figure:
     """Return the picture of cameras and points (N, 3), NaN where there is none."""
-    figure = Figure(figsize=(9.2, 4.2), layout="constrained")
+    figure = Figure(figsize=(9.2, 3.6), layout="compressed")
     FigureCanvasAgg(figure)
     for panel, (title, across, up, label_across, label_up) in zip(figure.subplots(1, 2), SIDES, strict=True):
         panel.plot(points_m[:, across], points_m[:, up], ".", color=FAINT, markersize=2, zorder=1)
-        flat = np.array([camera.place_m[[across, up]] for camera in cameras])
-        near = NEAR * np.ptp(flat, axis=0).max()
-        for number, camera in enumerate(cameras):
+        for camera in cameras:
             place = camera.place_m
-            hidden = (np.linalg.norm(flat[:number] - flat[number], axis=1) < near).any()
             ray = np.array([place, place + RAY_M * camera.rotation[2]])
             panel.plot(ray[:, across], ray[:, up], color=BLUE, linewidth=1.5)
             panel.plot(place[across], place[up], "s", color=BLUE, markersize=6)
-            beside = (6, -14) if hidden else (6, 6)  # one behind another: their names must not lie on each other
-            panel.annotate(
-                camera.name, (place[across], place[up]), xytext=beside, textcoords="offset points", color=INK
-            )
+            near = [other.name for other in cameras if np.abs(other.place_m - place)[[across, up]].max() < SAME_M]
+            if camera.name == near[0]:
+                panel.annotate(
+                    ", ".join(near), (place[across], place[up]), xytext=(6, 6), textcoords="offset points", color=INK,
+                    bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1},
+                )  # fmt: skip
+        panel.margins(0.08, 0.12)
         panel.set(title=title, xlabel=label_across, ylabel=label_up)
         panel.set_aspect("equal")
         panel.spines[["top", "right"]].set_visible(False)

@@ -56,21 +56,9 @@ def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataF
     """
     n_frames, n_markers = sights.points_m.shape[:2]
     n_views = sights.used.sum(axis=-1)
-    points = np.full((n_frames, n_markers, 3), np.nan)
-    status = np.full((n_frames, n_markers), "lost", dtype=object)
-    carried = _carried(sights.points_m)
-    for marker in range(n_markers):
-        seen = np.isfinite(sights.points_m[:, marker, 0])
-        sd = SIGHT_SD_M * np.sqrt(2.0 / np.maximum(n_views[:, marker], 1))
-        sd = np.where(seen, sd, CARRIED_SD_M)
-        measured = np.where(seen[:, None], sights.points_m[:, marker], carried[:, marker])
-        smoothed, _ = kalman.smooth(measured, sd, fps, JERK)
-        known = np.isfinite(measured[:, 0]) | _bridged(seen, round(longest_hidden_s * fps))
-        points[known, marker] = smoothed[known]
-        status[known, marker] = "predicted"
-        status[seen, marker] = "seen"
-        by_hand = np.any(sights.corrected[:, marker] & sights.used[:, marker], axis=-1)
-        status[seen & by_hand, marker] = "corrected"
+    sd = SIGHT_SD_M * np.sqrt(2.0 / np.maximum(n_views, 1))
+    points, status = filled(sights.points_m, sd, fps, longest_hidden_s)
+    status[(status == "seen") & np.any(sights.corrected & sights.used, axis=-1)] = "corrected"
     frame = np.repeat(np.arange(n_frames), n_markers)
     flat = points.reshape(-1, 3)
     return pd.DataFrame(
@@ -88,10 +76,35 @@ def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataF
     )
 
 
+def filled(
+    points_m: Floats, sd_m: Floats, fps: float, longest_hidden_s: float
+) -> tuple[Floats, npt.NDArray[np.object_]]:
+    """Return the smoothed markers (T, M, 3), NaN where lost, and how each came to be (T, M): seen, predicted, lost.
+
+    Parameters
+    ----------
+    points_m : (T, M, 3) of ``markers.NAMES``, NaN where hidden.
+    sd_m : (T, M) standard deviation of a seen one on each axis.
+    longest_hidden_s : a marker that is hidden for longer is lost, if no rigid part carries it.
+    """
+    points, status = np.full(points_m.shape, np.nan), np.full(points_m.shape[:2], "lost", dtype=object)
+    carried = _carried(points_m)
+    for marker in range(points_m.shape[1]):
+        seen = np.isfinite(points_m[:, marker, 0])
+        measured = np.where(seen[:, None], points_m[:, marker], carried[:, marker])
+        smoothed, _ = kalman.smooth(measured, np.where(seen, sd_m[:, marker], CARRIED_SD_M), fps, JERK)
+        known = np.isfinite(measured[:, 0]) | _bridged(seen, round(longest_hidden_s * fps))
+        points[known, marker] = smoothed[known]
+        status[known, marker] = "predicted"
+        status[seen, marker] = "seen"
+    return points, status
+
+
 def _carried(points_m: Floats) -> Floats:
     """Return the hidden markers (T, M, 3) where the rest of their rigid part carries them; NaN where it does not."""
     carried = np.full(points_m.shape, np.nan)
-    hidden = np.isnan(points_m[..., 0]).any(axis=1)
+    missing = np.isnan(points_m[..., 0])
+    hidden = missing[:, ~missing.all(axis=0)].any(axis=1)
     if not hidden.all():
         reference = points_m[int(np.argmin(hidden))]
         for frame in np.flatnonzero(hidden):

@@ -15,8 +15,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech import markers, skeleton, trajectories
-from cospeech.capture.body_model import NAMES, BodyModel, body_model
+from cospeech.capture.body_model import NAMES, THORAX, BodyModel, body_model
+from cospeech.capture.gaps import bridged
 from cospeech.capture.inverse_kinematics import Poses, solve
+from cospeech.capture.joint_centres import align
 from cospeech.capture.observability import observability
 
 Floats = npt.NDArray[np.float64]
@@ -44,7 +46,8 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
     """
     model = body_model(trajectories.to_array(take, markers.NAMES), trajectories.frame_rate(take), static_s)
     seen = trajectories.to_array(record, markers.NAMES)
-    poses = solve(model, seen)
+    worn = [index for index in THORAX if not np.isnan(model.marker_places_m[index, 0])]
+    poses = solve(model, bridged(seen, align(model.marker_places_m[worn], seen[:, worn])))
     moved = motion(model, poses, trajectories.frame_rate(record))
     error, misfit = 1000.0 * max(model.shoulder_errors_m), 1000.0 * np.nanmedian(poses.misfit_m)
     line = f"shoulders known to {error:.2f} mm, median misfit {misfit:.2f} mm, {poses.steps.mean():.1f} steps a frame"

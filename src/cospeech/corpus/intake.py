@@ -46,13 +46,21 @@ class Intake(NamedTuple):
 
 
 def take(
-    given: Record, declared: retarget.Declaration, labels: list[str], frame_s: float, tolerance_s: float
+    given: Record,
+    moved: str | None,
+    late_s: float,
+    declared: retarget.Declaration,
+    labels: list[str],
+    frame_s: float,
+    tolerance_s: float,
 ) -> Intake:
     """Read the files of a record and cut body and voice to the length they share.
 
     Parameters
     ----------
     given : the record as the configuration lists it: files, excerpt, actor, scenario, language.
+    moved : its motion file, or the motion table that was made of its films or markers.
+    late_s : how much later than the sound the motion begins, which the sound passes over.
     declared : what motion files do not say of themselves.
     labels : the gesture classes.
     frame_s : distance of prosody frames.
@@ -63,8 +71,8 @@ def take(
     UserError : at the first thing wrong with a file, or where the two lengths differ too much.
     """
     excerpt = (given["start_s"] or 0.0, given["end_s"])
-    body = _body(given, declared, labels, *excerpt)
-    voice = _voice(given, frame_s, *excerpt)
+    body = _body(given, moved, declared, labels, *excerpt)
+    voice = _voice(given, frame_s, late_s, *excerpt)
     duration, trimmed = common_length(given["record"], body.duration_s, voice.duration_s, tolerance_s)
     notes = [*body.notes, *voice.notes, *trimmed]
     row = pd.DataFrame(
@@ -74,10 +82,10 @@ def take(
             "scenario": [given["scenario"]],
             "language": [given["language"]],
             "motion_source": [body.source],
-            "motion_fps": [body.fps if given["motion"] else np.nan],
+            "motion_fps": [body.fps if moved else np.nan],
             "audio_rate_hz": [voice.delivered_hz],
             "duration_s": [duration],
-            "motion_path": [given["motion"]],
+            "motion_path": [given["motion"] or given["views"]],
             "audio_path": [given["audio"]],
             "note": ["; ".join(notes) or None],
         }
@@ -104,20 +112,30 @@ def common_length(record: str, body_s: float, voice_s: float, tolerance_s: float
     return shared, [f"{longer} trimmed by {excess:.3f} s at its end"] if excess >= 0.0005 else []
 
 
-def _body(given: Record, declared: retarget.Declaration, labels: list[str], start: float, end: float | None) -> Body:
-    if given["motion"]:
-        moved = motion.read(given["motion"], declared, start, end)
-        return Body(moved.table, moved.fps, moved.duration_s, moved.source, moved.notes)
+def _body(
+    given: Record,
+    moved: str | None,
+    declared: retarget.Declaration,
+    labels: list[str],
+    start: float,
+    end: float | None,
+) -> Body:
+    if moved:
+        found = motion.read(moved, declared, start, end)
+        captured = "video" if given["views"] else "markers"
+        source = found.source if moved == given["motion"] else captured
+        return Body(found.table, found.fps, found.duration_s, source, found.notes)
     table = own.gestures(given["gestures"], given["record"], labels)
     fps = round(float(table["end_frame"].iloc[-1] / table["end_s"].iloc[-1]), 6)
     table = cut_segments(table, fps, *_rows(given["gestures"], int(table["end_frame"].iloc[-1]), 1 / fps, start, end))
     return Body(table, fps, float(table["end_s"].iloc[-1]), None, [])
 
 
-def _voice(given: Record, frame_s: float, start: float, end: float | None) -> Voice:
+def _voice(given: Record, frame_s: float, late_s: float, start: float, end: float | None) -> Voice:
     if given["audio"]:
-        heard = sound.read(given["audio"], start, end)
-        return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, heard.notes)
+        heard = sound.read(given["audio"], start + late_s, end if end is None else end + late_s)
+        passed = [f"sound taken from {late_s:.3f} s on, where the films begin"] if late_s else []
+        return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, [*passed, *heard.notes])
     table = own.prosody(given["prosody"], frame_s)
     first, last = _rows(given["prosody"], len(table), frame_s, start, end)
     return Voice(None, table.iloc[first:last], np.nan, (last - first) * frame_s, [])

@@ -19,19 +19,22 @@ class Banner(NamedTuple):
     lines: list[str]
 
 
-def banner(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> Banner:
+def banner(
+    config: Config, records: pd.DataFrame, annotations: pd.DataFrame, cameras: pd.DataFrame | None = None
+) -> Banner:
     """Return what the corpus is: virtual actors, or recordings of people.
 
     Parameters
     ----------
     config : the configuration.
     records, annotations : the tables of those names.
+    cameras : the table of that name, where the corpus was filmed.
     """
     minutes = records["duration_s"].sum() / 60
     actors = words.counted(records["actor"].nunique(), "actor")
     size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
-        return _virtual(config["studio"], size)
+        return _virtual(config, size, cameras)
     labelled = annotations["origin"].value_counts()
     by = {
         "person": "labelled by a person",
@@ -51,7 +54,8 @@ def banner(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> 
     )
 
 
-def _virtual(studio: dict[str, Any], size: str) -> Banner:
+def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
+    studio = config["studio"]
     made = (
         "A program drew their gestures and the melody of their speech; a speech synthesiser spoke, and a body moved."
         if studio["sound"]
@@ -68,10 +72,23 @@ def _virtual(studio: dict[str, Any], size: str) -> Banner:
         "Everything here is virtual: nobody was recorded.",
         [
             f"{size}. {made} By plan, their speech tells {told} (coupling {knob:g}).",
+            *(_filmed(config, cameras) if cameras is not None else ()),
             "So these numbers say how well the methods find again what was planted. They say nothing about people, "
             "and do not compare in height with published ones, which come from recordings.",
         ],
     )
+
+
+def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:
+    sizes = cameras[["width_px", "height_px"]].drop_duplicates().itertuples(index=False)
+    size = " and ".join(f"{width} x {height}" for width, height in sizes)
+    method = {"robust": "the robust tracker", "thesis": "the plain tracker of the thesis"}
+    seen_by = words.counted(len(cameras), "virtual camera")
+    tracker = method[config["capture"]["track"]["method"]]
+    return [
+        f"The body wore markers and was filmed by {seen_by}: pictures of {size} "
+        f"pixels, {config['studio']['motion_fps']:g} frames/s. Its joint angles come from there, by {tracker}."
+    ]
 
 
 def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None) -> list[tuple[str, str]]:

@@ -11,6 +11,9 @@ import pandas as pd
 from cospeech.report import words
 from cospeech.report.leaderboard import Systems
 
+FEWEST_RECORDS = 4
+"""Records from which a difference between systems may be told."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -51,6 +54,7 @@ def findings(
     systems: Systems,
     recovery: pd.DataFrame | None = None,
     motion: pd.DataFrame | None = None,
+    capture: pd.DataFrame | None = None,
 ) -> list[Finding]:
     """Return the findings of a run, most important first.
 
@@ -61,14 +65,14 @@ def findings(
     systems : titles, roles and matched controls.
     recovery : the summary of what was found of the studio's plan, or None.
     motion : the summary of the motion statistics, or None.
+    capture : what capture found beside its goals, or None.
     """
     pooled, paired = scores[scores["actor"] == "all"], differences[differences["actor"] == "all"]
-    hearing = [name for name, system in systems.items() if system["role"] == "system"]
-    found = [_speech(name, pooled, paired, systems) for name in hearing]
-    found += [_printed_or_weighted(paired, systems)] if {"hsmm", "hsmm_weighted"} <= set(hearing) else []
+    n_records = int(pooled["n_records"].max())
+    found = _compared(pooled, paired, systems) if n_records >= FEWEST_RECORDS else [_silent(n_records)]
     found += [_ceiling(pooled)] if "another" in systems else []
     found += _easy_distance(pooled, systems)
-    found.append(_resolution(pooled, paired, systems, hearing))
+    found += [_captured(capture)] if capture is not None else []
     found += [_recovered(recovery)] if recovery is not None else []
     found += [_moved(motion, systems)] if motion is not None else []
     return found
@@ -78,6 +82,21 @@ def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
     for column, value in where.items():
         table = table[table[column] == value]
     return table.iloc[0] if len(table) else None
+
+
+def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> list[Finding]:
+    """The findings of differences between systems."""
+    hearing = [name for name, system in systems.items() if system["role"] == "system"]
+    found = [_speech(name, pooled, paired, systems) for name in hearing]
+    found += [_printed_or_weighted(paired, systems)] if {"hsmm", "hsmm_weighted"} <= set(hearing) else []
+    return [*found, _resolution(pooled, paired, systems, hearing)]
+
+
+def _silent(n_records: int) -> Finding:
+    return Finding(
+        f"{words.counted(n_records, 'record')} cannot tell systems apart: which of them is better is left unsaid.",
+        [f"that takes {FEWEST_RECORDS} records or more; the scores stand below all the same"],
+    )
 
 
 def _speech(name: str, pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> Finding:
@@ -182,6 +201,17 @@ def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, he
             "they are not corrected for the number of comparisons",
         ],
     )
+
+
+def _captured(summary: pd.DataFrame) -> Finding:
+    """How much of what capture should reach it reaches, by the method in use."""
+    aimed = summary[summary["goal"].notna()].drop_duplicates("quantity")
+    met = aimed["met"].astype(str) == "True"
+    named = [
+        f"{row['meaning']}: {number(row['mean'])} {row['unit']}, the goal is {row['goal']:g}"
+        for _, row in aimed[~met].fillna({"unit": ""}).iterrows()
+    ]
+    return Finding(f"Capture meets {int(met.sum())} of its {len(aimed)} goals.", named or ["in the worst record"])
 
 
 def _recovered(summary: pd.DataFrame) -> Finding:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
@@ -52,11 +53,19 @@ class Section(NamedTuple):
 LAYOUT = (
     ("speech", "From speech to gesture", "Speech", "", ("fig-timeline",)),
     (
+        "capture",
+        "From film to joint angles",
+        "Capture",
+        "The cameras are calibrated, the markers followed through five films and put together in space, and a body "
+        "with the actor's own measures is moved until it carries them.",
+        ("table-capture", "fig-rig", "table-observability"),
+    ),
+    (
         "watch",
         "Watch",
         "Watch",
-        "Left the original, in the middle what a system made of the speech, right gestures drawn at random. All "
-        "three speak with the record's own voice.",
+        "From left to right: the original, and before it its film where there is one; what a system made of the "
+        "speech; gestures drawn at random. All speak with the record's own voice.",
         ("fig-6.4", "fig-motion"),
     ),
     (
@@ -107,6 +116,8 @@ def exhibit(name: str, caption: Caption, svg: str | None, numbers: pd.DataFrame 
         "table-3-scenarios": scenario_table,
         "table-4.1": class_table,
         "fig-recovery": recovery_table,
+        "table-capture": capture_table,
+        "table-observability": observability_table,
     }.get(name)
     table = as_table(numbers) if as_table is not None and numbers is not None else None
     return Exhibit(name, caption, picture, table, pairs)
@@ -183,6 +194,37 @@ def recovery_table(table: pd.DataFrame) -> Table:
     return Table(["quantity", "on", "mean", "range", "values"], _text(rows), (1,))
 
 
+def capture_table(table: pd.DataFrame) -> Table:
+    """Return what capture found beside its goals for the page; what has no unit is counted."""
+    rows = []
+    for _, row in table.iterrows():
+        unit = _given(row["unit"])
+        mean, lowest, highest = (
+            number(row[name]) if unit else f"{row[name]:g}" for name in ("mean", "lowest", "highest")
+        )
+        rows.append(
+            [
+                row["meaning"],
+                _given(row["method"]),
+                f"{mean} {unit}",
+                "" if row["values"] == 1 else f"{lowest} to {highest}",
+                "" if pd.isna(row["goal"]) else f"{row['goal']:g} {unit}",
+                {"True": "met", "False": "missed"}.get(str(row["met"]), ""),
+            ]
+        )
+    return Table(["error", "method", "mean", "over records", "goal", ""], _text(rows), (1, 5))
+
+
+def observability_table(table: pd.DataFrame) -> Table:
+    """Return in which share of the frames each angle of a joint was told, for the page, one row a joint."""
+    written = {"measured": "{:.1f} %", "flexion_dependent": "{:.1f} %, elbow bent", "locked": "locked"}
+    rows = []
+    for part, own in table.groupby("part", sort=False):
+        cells = [written[state].format(100 * share) for state, share in zip(own["state"], own["share"], strict=True)]
+        rows.append([part, *cells, own["reason"].iloc[0]])
+    return Table(["joint", "x", "y", "z", "why"], _text(rows), (1, 2, 3, 4))
+
+
 def _given(value: Any) -> Any:
     return "" if pd.isna(value) else value
 
@@ -236,14 +278,16 @@ def _cell(own: pd.DataFrame) -> Cell:
     )
 
 
-def render(template: str, **content: Any) -> str:
-    """Return the page.
+def render(template: str | Path, **content: Any) -> str:
+    """Return a page.
 
     Parameters
     ----------
-    template : text of the template.
+    template : file of the template; what it includes lies beside it.
     content : what it names: title, banner, findings, sections, videos, board, facts, absent, downloads and others.
     """
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
-                                     lstrip_blocks=True, keep_trailing_newline=True)  # fmt: skip
-    return environment.from_string(template).render(words=words, **content)
+    path = Path(template)
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(path.parent), autoescape=True,
+                                     undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+                                     keep_trailing_newline=True)  # fmt: skip
+    return environment.get_template(path.name).render(words=words, **content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable
 from typing import Any, Literal
 
@@ -83,6 +84,15 @@ def figure(height_in: float, rows: int = 1, columns: int = 1, **keywords: Any) -
 def ticks_off(axes: Axes, which: Literal["x", "y", "both"] = "both") -> None:
     """Take the tick marks of an axis away, and leave its labels."""
     axes.tick_params(axis=which, length=0)
+
+
+def as_svg(drawn: Figure) -> str:
+    """Return a figure as the text of an SVG (text as outlines, no ground), without a date in it."""
+    plt.rcParams.update(_RC)  # type: ignore[arg-type]
+    target = io.StringIO()
+    drawn.savefig(target, format="svg", metadata={"Date": None, "Creator": None})
+    plt.close(drawn)
+    return target.getvalue()
 
 
 def save(drawn: Figure, svg: str, png: str) -> None:

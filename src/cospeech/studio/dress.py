@@ -24,16 +24,20 @@ PLACE_M = {
     "back": (0.0, 0.10, -0.114),
     "left_shoulder": (0.18, 0.265, 0.0),
     "right_shoulder": (-0.18, 0.265, 0.0),
-    "left_elbow": (0.062, -0.28, 0.0),
-    "right_elbow": (-0.062, -0.28, 0.0),
-    "left_hand": (0.045, -0.02, 0.0),
-    "right_hand": (-0.045, -0.02, 0.0),
+    "left_elbow": (0.055, -0.285, 0.0),
+    "right_elbow": (-0.055, -0.285, 0.0),
+    "left_hand": (0.012, -0.02, 0.0),
+    "right_hand": (-0.012, -0.02, 0.0),
     "left_leg": (0.03, -0.25, 0.08),
     "right_leg": (-0.03, -0.25, 0.08),
     "left_foot": (0.0, 0.02, 0.12),
     "right_foot": (0.0, 0.02, 0.12),
 }
-"""The planned place of each marker in the frame of its joint, metres."""
+"""The planned place of each marker in the frame of its joint, metres.
+
+The hand's marker sits on the head of the ulna, which the forearm turns about: it hardly moves when the palm turns, so
+that one marker beyond the elbow tells the elbow's flexion and the turn of the upper arm.
+"""
 
 SPREAD_M = 0.004
 

@@ -24,14 +24,22 @@ NOISE = 1.5
 """Standard deviation of the sensor's noise, of 255."""
 QUALITY = 3
 """Quantiser of the encoder, 2 the finest."""
+BATCH = 64
+"""Frames whose outlines are worked out at once, however long the film."""
 
 
 def outlines(camera: Camera, ends_m: Floats, radii_m: Floats) -> tuple[Floats, Floats]:
-    """Return where capsules are seen, as in ``paint.draw``: the pixels of their ends (n, 2, 2) and a reach (n,)."""
+    """Return where capsules are seen, as in ``paint.draw``: pixels of their ends (..., n, 2, 2), a reach (..., n)."""
     depth = ends_m @ camera.rotation[2] + camera.shift_m[2]
     # A third more than the radius, and three pixels, leave room for the bend of the lens.
-    reach = 1.3 * max(camera.focal_px) * radii_m / (depth.min(axis=1) - radii_m) + 3.0
+    reach = 1.3 * max(camera.focal_px) * radii_m / (depth.min(axis=-1) - radii_m) + 3.0
     return project(camera, ends_m), reach
+
+
+def grain(noise: float, draw: np.random.Generator) -> npt.NDArray[np.int8]:
+    """Return a table of sensor noise of standard deviation ``noise``, of 255, in the steps of ``paint.STEPS``."""
+    steps = np.rint(paint.STEPS * noise * draw.standard_normal(1 << 20, dtype=np.float32))
+    return np.clip(steps, -127, 127).astype(np.int8)
 
 
 def frames(
@@ -45,22 +53,30 @@ def frames(
     noise : standard deviation of the sensor's noise, of 255.
     """
     draw = np.random.default_rng([seed, *camera.name.encode()])
-    grain = (noise * draw.standard_normal(1 << 20)).astype(np.float32)
-    sight, empty = stage.sight(camera), stage.room(camera)
-    picture, depth = empty.copy(), np.empty(empty.shape[1:], dtype=np.float32)
+    speckle = grain(noise, draw)
+    sight, room = stage.sight(camera), stage.room(camera)
+    empty = np.rint(paint.STEPS * room).astype(np.int16)
+    picture, depth = np.empty_like(room), np.empty_like(room[0])
     radii = np.concatenate([stage.RADII_M, np.full(markers_m.shape[1], RADIUS_M)])
-    for limbs, markers in zip(limbs_m, markers_m, strict=True):
-        ends_m = np.concatenate([limbs, np.repeat(markers[:, None], 2, axis=1)])
+    for start in range(0, len(limbs_m), BATCH):
+        limbs, markers = limbs_m[start : start + BATCH], markers_m[start : start + BATCH]
+        ends_m = np.concatenate([limbs, np.repeat(markers[:, :, None], 2, axis=2)], axis=1)
         solids = paint.solids(ends_m @ camera.rotation.T + np.array(camera.shift_m), radii)
         pixels, reach = outlines(camera, ends_m, radii)
-        low, high = pixels.min(axis=1) - reach[:, None], pixels.max(axis=1) + reach[:, None] + 2
-        whole = np.concatenate([low.min(axis=0), high.max(axis=0)]).astype(np.int64)
-        left, top, right, bottom = whole = np.clip(whole, 0, [*camera.size_px] * 2)
-        seen = paint.draw(picture, depth, sight, solids, pixels, reach, stage.PAINT, len(limbs), whole)
-        planes = np.empty(picture.shape, dtype=np.uint8)
-        paint.expose(picture, planes, grain, whole, int(draw.integers(len(grain))))
-        picture[:, top:bottom, left:right] = empty[:, top:bottom, left:right]
-        yield planes, seen
+        boxes = _boxes(camera, pixels, reach)
+        for solid, ends, far, box in zip(solids, pixels, reach, boxes, strict=True):
+            planes, at = np.empty(room.shape, dtype=np.uint8), int(draw.integers(len(speckle)))
+            seen = paint.draw(picture, depth, room, sight, solid, ends, far, stage.PAINT, limbs.shape[1], box)
+            paint.grained(empty, speckle, at, planes)
+            paint.expose(picture, speckle, at, box, planes)
+            yield planes, seen
+
+
+def _boxes(camera: Camera, pixels: Floats, reach: Floats) -> npt.NDArray[np.int64]:
+    """Return left, top, right and bottom, the last two excluded, of what solids may cover in each frame (T, 4)."""
+    far = reach[:, :, None, None]
+    low, high = (pixels - far).min(axis=(1, 2)), (pixels + far).max(axis=(1, 2)) + 2.0
+    return np.clip(np.concatenate([low, high], axis=1), 0, [*camera.size_px] * 2).astype(np.int64)
 
 
 def noted(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.camera import Camera, project
-from cospeech.studio import paint, stage
+from cospeech.studio import film, paint, stage
 
 Floats = npt.NDArray[np.float64]
 Planes = npt.NDArray[np.uint8]
@@ -25,6 +25,8 @@ HIDDEN = 0.15
 REFLECTED = 0.10
 """Share of views with a false, weaker spot where something shines back."""
 NOISE = 1.0
+RANGE = (6.0, 248.0)
+"""What the sensor shows: there is room for its noise on either side, of 255."""
 SPOT_PX, BLOOM_PX = 1.3, 6.0
 """Standard deviations of the spot and its bloom in a picture 1392 pixels wide."""
 RED = stage.ycbcr((255, 60, 60))
@@ -76,10 +78,9 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
     """Yield the planes (3, H, W) of the take in one camera; ``seen`` are its rows of ``sightings``."""
     width, height = camera.size_px
     draw = np.random.default_rng([seed, *camera.name.encode(), 9])
-    grain = (noise * draw.standard_normal(1 << 20)).astype(np.float32)
+    grain = film.grain(noise, draw)
     empty = stage.room(camera)
     empty[0] *= 0.4
-    nowhere = np.zeros(4, dtype=np.int64)
     spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
     for frame in range(n_frames):
         picture = empty.copy()
@@ -88,7 +89,8 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
         if draw.random() < REFLECTED:
             _glow(picture, draw.uniform((0, 0), (width, height)), 0.35, width / 1392)
         planes = np.empty(picture.shape, dtype=np.uint8)
-        paint.expose(picture, planes, grain, nowhere, int(draw.integers(len(grain))))
+        shown = np.rint(paint.STEPS * np.clip(picture, *RANGE)).astype(np.int16)
+        paint.grained(shown, grain, int(draw.integers(len(grain))), planes)
         yield planes
 
 

@@ -1,6 +1,7 @@
 """The compiled part of filming: rays against capsules, the nearest wins; sixteen rays a pixel around markers.
 
-Everything stands in the axes of the camera, metres. Plain arithmetic on one thread: the same picture on every run.
+Everything stands in the axes of the camera, metres. Rows of pixels go through single-precision arithmetic without
+branches, which the compiler turns into vector instructions. One thread: the same picture on every run.
 """
 
 from __future__ import annotations
@@ -9,67 +10,79 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+Single = np.float32
+Solid = tuple[Single, ...]
 Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]
 Planes = npt.NDArray[np.uint8]
+Shorts = npt.NDArray[np.int16]
+Grain = npt.NDArray[np.int8]
 Integers = npt.NDArray[np.int64]
 
 SAMPLES = 4
 """Rays along either side of a pixel around markers."""
-AMBIENT = 0.72
+AMBIENT = np.float32(0.72)
 """Share of light from all sides: the studio is lit diffusely (2.4 of the thesis)."""
+STEPS = 16
+"""Steps of light from one value of a byte to the next before noise is added; the weights of the blur sum to it."""
+
+ZERO, ONE, NEUTRAL, FAR = np.float32(0.0), np.float32(1.0), np.float32(128.0), np.float32(np.inf)
+
+compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
+"""What is divided by zero is infinite or NaN, which no comparison takes for a hit."""
 
 
-def solids(ends: Floats, radii: Floats) -> Floats:
-    """Return what ``strike`` asks of capsules with ``ends`` (n, 2, 3) and ``radii`` (n,), as rows (n, 10).
+def solids(ends: Floats, radii: Floats) -> Singles:
+    """Return what ``strike`` asks of capsules with ``ends`` (..., n, 2, 3) and ``radii`` (n,), as rows (..., n, 15).
 
-    Their first end a, the way b to the second, the radius, and a.a, b.b, a.b; a ball is a capsule of length 0.
+    The first end a, the unit vector u to the second, their distance, the radius, a.u, the part of a across u, u x a;
+    a ball is a capsule of length 0.
     """
-    a, b = ends[:, 0], ends[:, 1] - ends[:, 0]
-    products = [np.einsum("ni,ni->n", one, other) for one, other in ((a, a), (b, b), (a, b))]
-    return np.column_stack([a, b, radii, *products])
+    a, b = ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]
+    length = np.linalg.norm(b, axis=-1, keepdims=True)
+    u = b / np.where(length > 0.0, length, 1.0)
+    along = np.sum(a * u, axis=-1, keepdims=True)
+    radius = np.broadcast_to(radii[:, None], length.shape)
+    return np.concatenate([a, u, length, radius, along, a - along * u, np.cross(u, a)], axis=-1).astype(np.float32)
 
 
-@numba.njit(cache=True)
-def strike(x: float, y: float, solid: Floats) -> tuple[float, float]:
-    """Return depth z, and the cosine towards the camera, where ray (x, y, 1) enters a solid; infinite if it misses.
+@compiled
+def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
+    """Return depth z, and the cosine towards the camera, where ray d = (x, y, 1) enters a solid; infinite for a miss.
 
-    The ray enters through the cylinder where it meets it between the ends, and else through the ball at the end
-    that it passes: |t d - a - s b| = r with s clipped to [0, 1].
+    ``solid`` is a row of ``solids`` as ``numbers``. The ray passes the axis at the distance (u x a).d / |d x u|, and
+    enters through the cylinder where it meets it between the ends, else through the ball at the end that it passes.
     """
-    ax, ay, az, bx, by, bz, radius, aa, bb, ab = solid
-    dd = x * x + y * y + 1.0
-    ad = ax * x + ay * y + az
-    share = 0.0
-    if bb > 1e-12:
-        bd = bx * x + by * y + bz
-        p = dd - bd * bd / bb
-        q = ad - ab * bd / bb
-        root = q * q - p * (aa - ab * ab / bb - radius * radius)
-        if root < 0.0:
-            return np.inf, 0.0
-        if p > 1e-12:
-            t = (q - np.sqrt(root)) / p
-            share = (t * bd - ab) / bb
-            if 0.0 <= share <= 1.0:
-                return t, _facing(x, y, t, dd, ax + share * bx, ay + share * by, az + share * bz, radius)
-        share = 1.0 if share > 1.0 else 0.0
-    cx, cy, cz = ax + share * bx, ay + share * by, az + share * bz
-    q = cx * x + cy * y + cz
-    root = q * q - dd * (cx * cx + cy * cy + cz * cz - radius * radius)
-    if root < 0.0:
-        return np.inf, 0.0
-    t = (q - np.sqrt(root)) / dd
-    return t, _facing(x, y, t, dd, cx, cy, cz, radius)
+    ax, ay, az, ux, uy, uz, length, radius, along, qx, qy, qz, mx, my, mz = solid
+    dd = x * x + y * y + ONE
+    nx, ny, nz = y * uz - uy, ux - x * uz, x * uy - y * ux
+    p = nx * nx + ny * ny + nz * nz
+    miss = mx * x + my * y + mz
+    root = p * radius * radius - miss * miss
+    t = (qx * x + qy * y + qz - np.sqrt(max(root, ZERO))) / p
+    share = t * (ux * x + uy * y + uz) - along
+    between = (share >= ZERO) & (share <= length)
+    end = length if share > length else ZERO
+    cx, cy, cz = ax + end * ux, ay + end * uy, az + end * uz
+    ox, oy, oz = cy - y * cz, x * cz - cx, y * cx - x * cy
+    ball = dd * radius * radius - (ox * ox + oy * oy + oz * oz)
+    round_t = (cx * x + cy * y + cz - np.sqrt(max(ball, ZERO))) / dd
+    hit = (root >= ZERO) & (between | (ball >= ZERO))
+    z = t if between else round_t
+    cosine = np.sqrt(max(root if between else ball, ZERO) / dd) / radius
+    return (z if hit else FAR), cosine
 
 
-@numba.njit(cache=True)
-def _facing(x: float, y: float, t: float, dd: float, cx: float, cy: float, cz: float, radius: float) -> float:
-    """Return the cosine between the ray, turned round, and the surface at depth t around the centre c."""
-    return -((x * t - cx) * x + (y * t - cy) * y + t - cz) / (radius * np.sqrt(dd))
+@compiled
+def numbers(row: Singles) -> Solid:
+    """Return a row of ``solids`` as ``strike`` takes it: numbers stay in registers."""
+    return (
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
+        row[8], row[9], row[10], row[11], row[12], row[13], row[14],
+    )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@compiled
 def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
     """Return the columns, the last excluded, that a bar of half-width ``reach`` from one of ``pixels`` to the other
     may cover in a row."""
@@ -86,64 +99,107 @@ def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
     return max(0, int(np.floor(first))), min(width, int(np.ceil(last)) + 1)
 
 
-@numba.njit(cache=True)
+@compiled
 def draw(
-    picture: Singles,
-    depth: Singles,
-    sight: Singles,
-    solid: Floats,
-    pixels: Floats,
-    reach: Floats,
-    paint: Singles,
-    n_limbs: int,
-    box: Integers,
-) -> Floats:
-    """Draw limbs, then markers, onto ``picture`` (3, H, W); return the pixels of each marker that are seen (m,).
+    picture: Singles, depth: Singles, room: Singles, sight: Singles, solid: Singles, pixels: Floats, reach: Floats,
+    paint: Singles, n_limbs: int, box: Integers,
+) -> Floats:  # fmt: skip
+    """Draw limbs, then markers, into ``box`` of ``picture``; return the pixels of each marker that are seen (m,).
 
     Parameters
     ----------
-    depth : (H, W) working space.
-    sight : (H, W, 2) slopes of the ray of each pixel.
-    solid : (n, 10) rows of ``solids``, limbs first.
+    picture, depth : (3, H, W) and (H, W), of which ``box`` is drawn anew.
+    room : (3, H, W) what is seen where no solid is.
+    sight : (2, H, W) slopes of the ray of each pixel.
+    solid : (n, 15) rows of ``solids``, limbs first.
     pixels, reach : (n, 2, 2), (n,) where the ends are seen, and how far from them a solid may be seen, pixels.
     paint : (n, 3) Y, Cb, Cr in full light.
     box : left, top, right, bottom, the last two excluded, of all that may be covered.
     """
     height, width = depth.shape
-    depth[box[1] : box[3], box[0] : box[2]] = np.inf
+    for row in range(box[1], box[3]):
+        depth[row, box[0] : box[2]] = FAR
+        for c in range(3):
+            _copy(room[c, row, box[0] : box[2]], picture[c, row, box[0] : box[2]])
+    near, light = np.empty(width, dtype=np.float32), np.empty(width, dtype=np.float32)
+    rays = np.empty((6, SAMPLES * SAMPLES), dtype=np.float32)
     for k in range(n_limbs):
+        limb = numbers(solid[k])
         top, bottom = _rows(pixels[k], reach[k], height)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
-            for column in range(left, right):
-                z, cosine = strike(sight[row, column, 0], sight[row, column, 1], solid[k])
-                if z < depth[row, column]:
-                    depth[row, column] = z
-                    light = np.float32(AMBIENT + (1.0 - AMBIENT) * cosine)
-                    picture[0, row, column] = paint[k, 0] * light
-                    picture[1, row, column] = 128 + (paint[k, 1] - 128) * light
-                    picture[2, row, column] = 128 + (paint[k, 2] - 128) * light
+            _strike_row(sight[0, row, left:right], sight[1, row, left:right], limb, near, light)
+            for c in range(3):
+                full, none = paint[k, c], (ZERO if c == 0 else NEUTRAL)
+                _paint_row(picture[c, row, left:right], depth[row, left:right], near, light, full - none, none)
+            _approach(depth[row, left:right], near)
     seen = np.zeros(len(solid) - n_limbs)
-    near = np.empty(len(solid), dtype=np.int64)
+    others = np.empty(len(solid), dtype=np.int64)
     for k in range(n_limbs, len(solid)):
         top, bottom = _rows(pixels[k], reach[k], height)
-        count = _neighbours(pixels, reach, k, near)
+        count = _neighbours(pixels, reach, k, others)
+        ball = numbers(solid[k])
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
+            if right - left < 2:
+                continue
+            x = sight[0, row, left:right]
+            _clear_row(x, sight[1, row, left:right], ball, near)
+            pixel = ball[2] * (x[-1] - x[0]) / np.float32(len(x) - 1)  # at the marker's depth, metres
             for column in range(left, right):
-                _fine(picture, depth, sight, solid, paint, n_limbs, near[:count], row, column, k, seen)
+                away = near[column - left]
+                if away < pixel:
+                    inside = away < -pixel
+                    seen[k - n_limbs] += _fine(
+                        picture, depth, sight, solid, paint[k], n_limbs, others[:count], row, column, k, inside, rays
+                    )
     return seen
 
 
-@numba.njit(cache=True)
+@compiled
+def _copy(plane: Singles, out: Singles) -> None:
+    for column in range(len(out)):
+        out[column] = plane[column]
+
+
+@compiled
+def _strike_row(x: Singles, y: Singles, limb: Solid, near: Singles, light: Singles) -> None:
+    for column in range(len(x)):
+        z, cosine = strike(x[column], y[column], limb)
+        near[column], light[column] = z, AMBIENT + (ONE - AMBIENT) * cosine
+
+
+@compiled
+def _clear_row(x: Singles, y: Singles, ball: Solid, away: Singles) -> None:
+    """Put into ``away`` how far from the surface of a ball each ray passes, negative if it enters, metres."""
+    for column in range(len(x)):
+        u, v = x[column], y[column]
+        ox, oy, oz = ball[1] - v * ball[2], u * ball[2] - ball[0], v * ball[0] - u * ball[1]
+        away[column] = np.sqrt((ox * ox + oy * oy + oz * oz) / (u * u + v * v + ONE)) - ball[7]
+
+
+@compiled
+def _paint_row(plane: Singles, depth: Singles, near: Singles, light: Singles, full: Single, none: Single) -> None:
+    for column in range(len(plane)):
+        lit = none + full * light[column]
+        plane[column] = lit if near[column] < depth[column] else plane[column]
+
+
+@compiled
+def _approach(depth: Singles, near: Singles) -> None:
+    for column in range(len(depth)):
+        depth[column] = min(depth[column], near[column])
+
+
+@compiled
 def _rows(pixels: Floats, reach: float, height: int) -> tuple[int, int]:
     low, high = min(pixels[0, 1], pixels[1, 1]) - reach, max(pixels[0, 1], pixels[1, 1]) + reach
     return max(0, int(np.floor(low))), min(height, int(np.ceil(high)) + 1)
 
 
-@numba.njit(cache=True)
-def _neighbours(pixels: Floats, reach: Floats, marker: int, near: Integers) -> int:
-    """Put into ``near`` the other solids that may be seen where a marker is, and return how many."""
+@compiled
+def _neighbours(pixels: Floats, reach: Floats, marker: int, others: Integers) -> int:
+    """Put into ``others`` the other solids that may be seen where a marker is, and return how many."""
     count = 0
     for j in range(len(reach)):
         gap = reach[j] + reach[marker]
@@ -153,99 +209,110 @@ def _neighbours(pixels: Floats, reach: Floats, marker: int, near: Integers) -> i
             apart |= at < min(pixels[j, 0, axis], pixels[j, 1, axis]) - gap
             apart |= at > max(pixels[j, 0, axis], pixels[j, 1, axis]) + gap
         if not apart and j != marker:
-            near[count] = j
+            others[count] = j
             count += 1
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def _fine(
-    picture: Singles,
-    depth: Singles,
-    sight: Singles,
-    solid: Floats,
-    paint: Singles,
-    n_limbs: int,
-    near: Integers,
-    row: int,
-    column: int,
-    marker: int,
-    seen: Floats,
-) -> None:
-    """Lay one marker over one pixel by sixteen rays, in the share of them that meet it first."""
-    height, width = sight.shape[:2]
-    right = sight[row, min(column + 1, width - 1)] - sight[row, max(column - 1, 0)]
-    down = sight[min(row + 1, height - 1), column] - sight[max(row - 1, 0), column]
-    x, y = sight[row, column]
-    ball = solid[marker]
-    away = _clearance(x, y, ball)
-    pixel = ball[2] * max(abs(right[0]), abs(down[1])) / 2.0  # at the marker's depth, metres
-    if away > pixel:
-        return
-    # Limbs within a pixel: where none reaches as near as the marker, only other markers can hide it.
-    around = depth[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
-    limbs_from = around.min()
-    side = 1 if away < -pixel and limbs_from > ball[2] else SAMPLES  # well inside, one ray tells as much as sixteen
-    hits, brightness = 0, 0.0
-    for i in range(side * side):
-        u = ((i % side + 0.5) / side - 0.5) / 2.0
-        v = ((i // side + 0.5) / side - 0.5) / 2.0
-        z, cosine = strike(x + u * right[0] + v * down[0], y + u * right[1] + v * down[1], ball)
-        first = z < np.inf
-        for j in near:
-            if first and (j >= n_limbs or limbs_from < z):
-                first = strike(x + u * right[0] + v * down[0], y + u * right[1] + v * down[1], solid[j])[0] > z
-        if first:
-            hits += 1
-            brightness += AMBIENT + (1.0 - AMBIENT) * cosine
+    picture: Singles, depth: Singles, sight: Singles, solid: Singles, paint: Singles, n_limbs: int,
+    others: Integers, row: int, column: int, marker: int, inside: bool, rays: Singles,
+) -> float:  # fmt: skip
+    """Lay one marker over one pixel by sixteen rays; return the share of them that meet it first.
+
+    ``rays`` (6, 16) is working space: slopes x and y, then depth and light of the marker and of another solid.
+    """
+    height, width = depth.shape
+    ball = numbers(solid[marker])
+    before, after = max(column - 1, 0), min(column + 1, width - 1)
+    above, below = max(row - 1, 0), min(row + 1, height - 1)
+    # Limbs within a pixel: behind them nothing is seen, and where none is as near, only other markers can hide this.
+    nearest, farthest = FAR, ZERO
+    for i in range(above, below + 1):
+        for j in range(before, after + 1):
+            nearest, farthest = min(nearest, depth[i, j]), max(farthest, depth[i, j])
+    if farthest < ball[2] - ball[7]:
+        return 0.0
+    side = 1 if inside and nearest > ball[2] else SAMPLES  # well inside, one ray tells as much as sixteen
+    n = side * side
+    x, y = sight[0, row, column], sight[1, row, column]
+    across_x, down_x = sight[0, row, after] - sight[0, row, before], sight[0, below, column] - sight[0, above, column]
+    across_y, down_y = sight[1, row, after] - sight[1, row, before], sight[1, below, column] - sight[1, above, column]
+    for i in range(n):
+        u = np.float32(((i % side + 0.5) / side - 0.5) / 2.0)
+        v = np.float32(((i // side + 0.5) / side - 0.5) / 2.0)
+        rays[0, i], rays[1, i] = x + u * across_x + v * down_x, y + u * across_y + v * down_y
+    _strike_row(rays[0, :n], rays[1, :n], ball, rays[2], rays[3])
+    for j in others:
+        if j >= n_limbs or nearest < ball[2]:
+            _strike_row(rays[0, :n], rays[1, :n], numbers(solid[j]), rays[4], rays[5])
+            for i in range(n):
+                rays[2, i] = FAR if rays[4, i] <= rays[2, i] else rays[2, i]
+    hits, brightness = 0, ZERO
+    for i in range(n):
+        if rays[2, i] < FAR:
+            hits, brightness = hits + 1, brightness + rays[3, i]
     if hits == 0:
-        return
-    share = hits / (side * side)
-    seen[marker - n_limbs] += share
-    light = brightness / hits
-    picture[0, row, column] += share * (paint[marker, 0] * light - picture[0, row, column])
-    for c in range(1, 3):
-        picture[c, row, column] += share * (128 + (paint[marker, c] - 128) * light - picture[c, row, column])
+        return 0.0
+    share, light = np.float32(hits / n), brightness / np.float32(hits)
+    for c in range(3):
+        none = ZERO if c == 0 else NEUTRAL
+        picture[c, row, column] += share * (none + (paint[c] - none) * light - picture[c, row, column])
+    return float(share)
 
 
-@numba.njit(cache=True)
-def _clearance(x: float, y: float, ball: Floats) -> float:
-    """Return how far from the surface of a ball the ray (x, y, 1) passes, negative if it enters, metres."""
-    dd = x * x + y * y + 1.0
-    along = (ball[0] * x + ball[1] * y + ball[2]) / dd
-    px, py, pz = ball[0] - along * x, ball[1] - along * y, ball[2] - along
-    return np.sqrt(px * px + py * py + pz * pz) - ball[6]
+@compiled
+def grained(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
+    """Fill ``planes`` (3, H, W) with ``room`` (3, H, W), in ``STEPS``, and ``grain`` from ``at`` on, as bytes.
 
-
-@numba.njit(cache=True)
-def expose(picture: Singles, planes: Planes, noise: Singles, box: Integers, at: int) -> None:
-    """Blur ``picture`` (3, H, W) by 1 2 1 inside ``box``, add ``noise`` from ``at`` on, round to bytes."""
-    height, width = picture.shape[1:]
-    left, right = max(box[0], 1), min(box[2], width - 1)
-    line = np.empty(width, dtype=np.float32)
+    What ``room`` shows lies farther from black and from full light than the strongest grain.
+    """
+    height, width = room.shape[1:]
     for c in range(3):
         for row in range(height):
-            grain = noise[(at + (c * height + row) * 7919) % (len(noise) - width) :]
-            plane, out = picture[c, row], planes[c, row]
-            if max(box[1], 1) <= row < min(box[3], height - 1):
-                above, below = picture[c, row - 1], picture[c, row + 1]
-                for column in range(left - 1, right + 1):
-                    line[column] = above[column] + 2 * plane[column] + below[column]
-                _round(plane, grain, out, 0, left)
-                for column in range(left, right):
-                    value = (line[column - 1] + 2 * line[column] + line[column + 1]) / np.float32(16.0)
-                    out[column] = _byte(value + grain[column])
-                _round(plane, grain, out, right, width)
-            else:
-                _round(plane, grain, out, 0, width)
+            _add(room[c, row], _grain(grain, at, c * height + row, width), planes[c, row])
 
 
-@numba.njit(cache=True)
-def _round(plane: Singles, grain: Singles, out: Planes, left: int, right: int) -> None:
-    for column in range(left, right):
-        out[column] = _byte(plane[column] + grain[column])
+@compiled
+def _add(shown: Shorts, grain: Grain, out: Planes) -> None:
+    for column in range(len(out)):
+        out[column] = (shown[column] + grain[column] + STEPS // 2) // STEPS
 
 
-@numba.njit(cache=True)
-def _byte(value: float) -> np.uint8:
-    return np.uint8(np.int32(min(max(value + np.float32(0.5), np.float32(0.0)), np.float32(255.0))))
+@compiled
+def _grain(grain: Grain, at: int, row: int, width: int) -> Grain:
+    """Return the noise of a row, from another place of the table than that of its neighbours."""
+    first = (at + row * 7919) % (len(grain) - width)
+    return grain[first : first + width]
+
+
+@compiled
+def expose(picture: Singles, grain: Grain, at: int, box: Integers, planes: Planes) -> None:
+    """Fill ``box`` of ``planes`` with ``picture`` (3, H, W), blurred by 1 2 1, and ``grain`` from ``at`` on."""
+    height, width = picture.shape[1:]
+    left, top, right, bottom = box
+    n = right - left
+    line = np.empty(n + 2, dtype=np.float32)
+    for c in range(3):
+        for row in range(top, bottom):
+            above, below = picture[c, max(row - 1, top)], picture[c, min(row + 1, bottom - 1)]
+            _weigh(above[left:right], picture[c, row, left:right], below[left:right], line[1 : n + 1])
+            line[0], line[n + 1] = line[1], line[n]
+            speckle = _grain(grain, at, c * height + row, width)[left:right]
+            _round(line[:n], line[1 : n + 1], line[2:], speckle, planes[c, row, left:right])
+
+
+@compiled
+def _weigh(above: Singles, middle: Singles, below: Singles, line: Singles) -> None:
+    for column in range(len(above)):
+        line[column] = above[column] + middle[column] + middle[column] + below[column]
+
+
+@compiled
+def _round(before: Singles, middle: Singles, after: Singles, grain: Grain, out: Planes) -> None:
+    most = np.float32(255.0)
+    for column in range(len(out)):
+        value = before[column] + middle[column] + middle[column] + after[column] + np.float32(grain[column])
+        value = value / np.float32(STEPS) + np.float32(0.5)
+        out[column] = np.uint8(np.int32(min(max(value, ZERO), most)))

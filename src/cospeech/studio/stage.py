@@ -17,6 +17,10 @@ SUIT, SKIN = (34, 34, 38), (205, 150, 120)
 WALL, FLOOR = (16.0, 20.0)
 """Luma of the room; it has no colour."""
 
+PALM_M = -0.030
+"""How far outward of the axis that the forearm turns about the middle of wrist and palm is: the axis runs through the
+head of the ulna (I. A. Kapandji, The Physiology of the Joints, vol. 1)."""
+
 LIMBS = (
     ("hips", (-0.07, 0.02, 0.0), "hips", (0.07, 0.02, 0.0), 0.105, SUIT),
     ("hips", (-0.05, 0.10, 0.0), "chest", (-0.07, 0.12, 0.0), 0.100, SUIT),
@@ -27,11 +31,11 @@ LIMBS = (
     ("head", (0.0, 0.04, 0.02), "head", (0.0, 0.11, 0.01), 0.085, SKIN),
     *(
         limb
-        for side in ("left", "right")
+        for side, out in (("left", 1.0), ("right", -1.0))
         for limb in (
             (f"{side}_arm", (0.0, 0.0, 0.0), f"{side}_forearm", (0.0, 0.0, 0.0), 0.050, SUIT),
-            (f"{side}_forearm", (0.0, 0.0, 0.0), f"{side}_hand", (0.0, 0.0, 0.0), 0.040, SUIT),
-            (f"{side}_hand", (0.0, -0.03, 0.0), f"{side}_hand", (0.0, -0.14, 0.0), 0.034, SKIN),
+            (f"{side}_forearm", (0.0, 0.0, 0.0), f"{side}_hand", (PALM_M * out, 0.0, 0.0), 0.034, SUIT),
+            (f"{side}_hand", (PALM_M * out, -0.03, 0.0), f"{side}_hand", (PALM_M * out, -0.14, 0.0), 0.032, SKIN),
             (f"{side}_thigh", (0.0, 0.0, 0.0), f"{side}_shin", (0.0, 0.0, 0.0), 0.078, SUIT),
             (f"{side}_shin", (0.0, 0.0, 0.0), f"{side}_foot", (0.0, 0.0, 0.0), 0.052, SUIT),
             (f"{side}_foot", (0.0, -0.02, -0.03), f"{side}_foot", (0.0, -0.03, 0.15), 0.040, SUIT),
@@ -68,18 +72,18 @@ def limbs(motion: pd.DataFrame) -> Floats:
 
 
 def sight(camera: Camera) -> Singles:
-    """Return the slopes x / z, y / z (H, W, 2) of the ray of each pixel in the axes of ``camera``."""
+    """Return the slopes x / z and y / z (2, H, W) of the ray of each pixel in the axes of ``camera``."""
     width, height = camera.size_px
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
     ahead = rays(camera, grid) @ camera.rotation.T
-    return (ahead[..., :2] / ahead[..., 2:]).astype(np.float32)
+    return np.stack([ahead[..., 0] / ahead[..., 2], ahead[..., 1] / ahead[..., 2]]).astype(np.float32)
 
 
 def room(camera: Camera) -> Singles:
     """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor."""
     width, height = camera.size_px
-    slope = sight(camera).astype(float)
-    down = np.concatenate([slope, np.ones((height, width, 1))], axis=-1) @ camera.rotation
+    right, below = sight(camera).astype(float)
+    down = np.stack([right, below, np.ones((height, width))], axis=-1) @ camera.rotation
     place = camera.place_m
     along = np.where(down[..., 1] < -1e-9, -place[1] / np.minimum(down[..., 1], -1e-9), np.inf)
     far = np.minimum(along, 99.0)

@@ -1,4 +1,7 @@
-"""Markers that another system measured, C3D or TRC, become a ``markers_3d`` table under our names and axes."""
+"""Markers that another system measured, C3D or TRC, become a ``markers_3d`` table under our names and axes.
+
+What it did not see is filled as after our own tracker, see ``sights.filled``.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech import c3d, trajectories, trc
+from cospeech.capture import sights
 from cospeech.errors import UserError
+from cospeech.markers import NAMES
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,29 +28,40 @@ DIRECTIONS = {f"{sign}{axis}": number * np.eye(3)["xyz".index(axis)] for sign, n
 """The file's axes by name."""
 
 
-def read(path: str | Path, names: Mapping[str, str], up: str, facing: str) -> pd.DataFrame:
-    """Return the ``markers_3d`` table of a C3D or TRC file.
+def read(path: str | Path, names: Mapping[str, str], up: str, facing: str, longest_hidden_s: float) -> pd.DataFrame:
+    """Return the ``markers_3d`` table of a C3D or TRC file: all of ``markers.NAMES``, lost where ``names`` has none.
 
     Parameters
     ----------
     names : the marker map: our name (``cospeech.markers``) of each marker, and the file's.
     up, facing : which of the file's axes points up, and which to where the actor faces: x, y, z, -x, -y or -z.
+    longest_hidden_s : a longer gap stays lost, unless a rigid part carries its marker.
 
     Raises
     ------
-    UserError : a file of no known making, or damaged; a mapped marker that the file lacks; axes that are no frame.
+    UserError : a file of no known making, or damaged; a mapped marker that the file lacks or never sees; axes that
+        are no frame.
     """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise UserError(f"{path}: markers come as {', '.join(READERS)}; convert it to one of them")
     held = reader(path)
+    turn = axes(up, facing)
+    places = np.full((len(held.places_m), len(NAMES), 3), np.nan)
     for ours, theirs in names.items():
         if theirs not in held.names:
-            close = difflib.get_close_matches(theirs, held.names, n=1, cutoff=0.0)
-            raise UserError(f"{path}: has no marker '{theirs}' (mapped to {ours}); did you mean '{close[0]}'?")
-    which = [held.names.index(theirs) for theirs in names.values()]
-    places = held.places_m[:, which] @ axes(up, facing).T
-    return trajectories.to_table(places, tuple(names), held.fps)
+            near = difflib.get_close_matches(theirs, held.names, n=1, cutoff=0.0)
+            raise UserError(f"{path}: has no marker '{theirs}' (mapped to {ours}); did you mean '{near[0]}'?")
+        place = held.places_m[:, held.names.index(theirs)]
+        if np.isnan(place).all():
+            raise UserError(
+                f"{path}: marker '{theirs}' (mapped to {ours}) is never seen; map another one, or leave it out of "
+                "corpus.markers.names"
+            )
+        places[:, NAMES.index(ours)] = place @ turn.T
+    sd_m = np.full(places.shape[:2], sights.SIGHT_SD_M)
+    filled, status = sights.filled(places, sd_m, held.fps, longest_hidden_s)
+    return trajectories.to_table(filled, NAMES, held.fps).assign(status=status.ravel().astype(str))
 
 
 def axes(up: str, facing: str) -> Floats:

@@ -1,0 +1,13 @@
+"""The worst moments of a record's tracking: where they are, and how they look in every view."""
+
+from cospeech import canvas, job
+from cospeech.capture import camera, overlay, quality_sheet
+
+with job.run(snakemake) as work:
+    cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
+    views, world = work.read(work.input.views, "markers_2d"), work.read(work.input.world, "markers_3d")
+    table = quality_sheet.in_views(quality_sheet.worst_moments(world, len(work.output.pictures)), views)
+    work.write(table, work.output.table, "worst_moments")
+    pictures = overlay.moments(table, work.input.films, cameras, views, world)
+    for picture, path in zip(pictures, work.output.pictures, strict=True):
+        canvas.save(picture, path)

@@ -1,0 +1,61 @@
+"""The pictures of a film in red, green and blue, to be looked at; what measures reads the film's own planes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import av
+import numpy as np
+
+from cospeech.canvas import Image
+from cospeech.errors import UserError
+
+
+def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
+    """Yield the pictures (H, W, 3) of a film one after another, scaled to ``height_px`` where it is given.
+
+    Raises
+    ------
+    UserError : where the film cannot be read.
+    """
+    try:
+        with av.open(str(path)) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "NONE"
+            for frame in container.decode(stream):
+                yield _rgb(frame, height_px)
+    except (av.FFmpegError, IndexError) as error:
+        raise _unreadable(path, error) from error
+
+
+def stills(path: str | Path, frames: Collection[int], height_px: int | None = None) -> dict[int, Image]:
+    """Return some pictures (H, W, 3) of a film whose pictures each stand alone (MJPEG), by their number.
+
+    Raises
+    ------
+    UserError : where the film cannot be read, or ends before.
+    """
+    found: dict[int, Image] = {}
+    try:
+        with av.open(str(path)) as container:
+            packets = (packet for packet in container.demux(video=0) if packet.size)
+            for number, packet in enumerate(packets):
+                if number in frames:
+                    found[number] = _rgb(packet.decode()[0], height_px)
+    except (av.FFmpegError, IndexError) as error:
+        raise _unreadable(path, error) from error
+    missing = sorted(set(frames) - set(found))
+    if missing:
+        raise UserError(f"{path}: ends before frame {missing[0]}; make it anew")
+    return found
+
+
+def _rgb(frame: av.VideoFrame, height_px: int | None) -> Image:
+    height = height_px or frame.height
+    width = round(frame.width * height / frame.height)
+    return np.asarray(frame.reformat(width, height, "rgb24", interpolation="AREA").to_ndarray(), dtype=np.uint8)
+
+
+def _unreadable(path: str | Path, error: Exception) -> UserError:
+    return UserError(f"{path}: cannot be read as a film ({error}); make it anew")

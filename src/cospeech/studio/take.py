@@ -1,0 +1,32 @@
+"""One take: what happens on the stage, filmed by all cameras, and where every marker truly is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from cospeech import skeleton, tables
+from cospeech.capture.camera import Camera
+from cospeech.studio import dress, film, planted, stage
+
+
+def shoot(
+    motion: pd.DataFrame, actor: str, cameras: Sequence[Camera], paths: Sequence[str | Path], seed: int
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Film a motion table from every camera, one file each, and return the tables ``markers_2d`` and ``markers_3d``.
+
+    Parameters
+    ----------
+    actor : who wears the markers.
+    paths : the film of each camera.
+    """
+    fps = skeleton.frame_rate(motion)
+    limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places(actor, seed))
+    seen = np.empty((len(cameras), *markers.shape[:2]))
+    for camera, path, shown in zip(cameras, paths, seen, strict=True):
+        with tables.replacing(path) as temporary:
+            film.encode(temporary, film.noted(film.frames(camera, limbs, markers, seed), shown), fps)
+    return planted.in_views(cameras, markers, seen), planted.in_world(markers, seen, fps)
