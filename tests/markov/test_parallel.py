@@ -10,31 +10,25 @@ from hmmlearn.hmm import GaussianHMM
 from small import expected_counts, random_clamp, random_model, sample, weighted_paths
 
 from cospeech.errors import UserError
-from cospeech.markov import parallel, parallel_exact, parallel_scaled
+from cospeech.markov import parallel
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
-from cospeech.markov.parallel_density import LEAST, TINY, exp2
 
 SHAPES = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (2, 3), (3, 2)]
 FLOOR = 1e-3
 
 
-def counts_of(kernel, model, frames, clamp):
-    """Return log-likelihood and counts of one kernel, by (branch, place) and with raw moments."""
+def counts_of(expect, model, frames, clamp):
+    """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
-    packed = parallel._packed(model)
-    if kernel is parallel_exact:
-        packed = parallel._in_logs(packed, np.e)
-    flat = [np.zeros(branches), *(np.zeros(branches * states) for _ in range(3))]
-    flat += [np.zeros((features, branches * states)) for _ in range(2)]
-    found = kernel.expect(frames, *(clamp or parallel.unclamped(branches)), *packed, *flat)
-    if np.isnan(found):
-        return found, ()
-    entered, occupied, stayed, left, first, second = flat
-    second = second + 2 * packed.pivot[:, None] * first + packed.pivot[:, None] ** 2 * occupied
-    first = first + packed.pivot[:, None] * occupied
-    by_place = [values.reshape(states, branches).T for values in (occupied, stayed, left)]
+    counts = expect(parallel._packed(model), frames, clamp or parallel.unclamped(branches))
+    if np.isnan(counts.log_likelihood):
+        return counts.log_likelihood, ()
+    pivot = counts.pivot[:, None]
+    second = counts.second + 2 * pivot * counts.first + pivot**2 * counts.occupied
+    first = counts.first + pivot * counts.occupied
+    by_place = [values.reshape(states, branches).T for values in (counts.occupied, counts.stayed, counts.left)]
     moments = [values.T.reshape(states, branches, features).swapaxes(0, 1) for values in (first, second)]
-    return found * np.log(2), (entered, *by_place, *moments)
+    return counts.log_likelihood, (counts.entered, *by_place, *moments)
 
 
 @pytest.mark.parametrize("clamped", [False, True])
@@ -57,8 +51,8 @@ def test_equals_all_paths_of_tiny_models(clamped):
             continue
         possible += 1
         expected = expected_counts(model, frames, paths, joint / joint.sum())
-        for kernel in (parallel_scaled, parallel_exact):
-            log_likelihood, counts = counts_of(kernel, model, frames, clamp)
+        for expect in (parallel._expect_scaled, parallel._expect_exact):
+            log_likelihood, counts = counts_of(expect, model, frames, clamp)
             assert log_likelihood == pytest.approx(np.log(joint.sum()), rel=1e-12, abs=1e-12)
             for found, true in zip(counts, expected, strict=True):
                 np.testing.assert_allclose(found, true, rtol=1e-9, atol=1e-11)
@@ -201,8 +195,8 @@ def test_scaled_probabilities_know_when_they_lose_the_path():
         np.ones((2, 2, 1)),
     )
     frames = np.concatenate([np.zeros((50, 1)), np.full((3000, 1), 8.0)])
-    scaled, _ = counts_of(parallel_scaled, model, frames, None)
-    exact, _ = counts_of(parallel_exact, model, frames, None)
+    scaled, _ = counts_of(parallel._expect_scaled, model, frames, None)
+    exact, _ = counts_of(parallel._expect_exact, model, frames, None)
     assert np.isnan(scaled)
     assert parallel.log_likelihood(model, frames) == exact == pytest.approx(dense(model).score(frames), rel=1e-9)
 
@@ -262,11 +256,3 @@ def test_the_same_bytes_each_time():
     )
     for first, second in zip(one.model, two.model, strict=True):
         assert first.tobytes() == second.tobytes()
-
-
-def test_exponential_is_that_of_libm():
-    x = np.concatenate([np.linspace(-980, 0, 200_001), -np.geomspace(1e-300, 1, 1000)])
-    ours = np.array([exp2(value) for value in x])
-    np.testing.assert_allclose(ours, np.exp2(x), rtol=5e-16)
-    assert exp2(-5000.0) == exp2(-np.inf) == exp2(LEAST) == TINY
-    assert exp2(0.0) == 1.0
