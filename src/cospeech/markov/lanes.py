@@ -209,18 +209,17 @@ def exp2(x: Any) -> Any:
     """Return 2^x for x <= 1000, at least ``TINY``, to a relative error of 5e-16.
 
     A polynomial of degree 10 (interpolation at Chebyshev nodes) on [-1/2, 1/2], and the rest into the exponent bits.
+    It is evaluated by pairs (Estrin): Horner's scheme would wait for each of its ten steps.
     """
     x = greater(x, each(LEAST))
     shifted = x + ROUND
     r = x - (shifted - ROUND)
-    p = r * 7.072585949269223e-09 + 1.0208690299958306e-07
-    p = p * r + 1.321544258792169e-06
-    p = p * r + 1.5252657260200837e-05
-    p = p * r + 0.0001540353044173605
-    p = p * r + 0.0013333558230164974
-    p = p * r + 0.009618129107606888
-    p = p * r + 0.05550410866444772
-    p = p * r + 0.24022650695910097
-    p = p * r + 0.69314718055995
-    p = p * r + 1.0
+    r2 = r * r
+    r4 = r2 * r2
+    low = (r * 0.69314718055995 + 1.0) + r2 * (r * 0.05550410866444772 + 0.24022650695910097)
+    middle = (r * 0.0013333558230164974 + 0.009618129107606888) + r2 * (
+        r * 1.5252657260200837e-05 + 0.0001540353044173605
+    )
+    high = (r * 1.0208690299958306e-07 + 1.321544258792169e-06) + r2 * 7.072585949269223e-09
+    p = low + r4 * (middle + r4 * high)
     return _times_power(p, shifted)

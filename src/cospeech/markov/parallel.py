@@ -136,10 +136,10 @@ def _in_lanes(packed: Packed) -> Packed:
 def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     """Return (N * M,) or (N * M, D) as (N, G, LANES) or (N, G, D, LANES)."""
     by_place = values.reshape(-1, n_branches, *values.shape[1:])
-    padding = [(0, 0)] * by_place.ndim
-    padding[1] = (0, -n_branches % LANES)
-    padded = np.pad(by_place, padding, constant_values=missing)
-    grouped = padded.reshape(len(padded), -1, LANES, *values.shape[1:])
+    n_groups = -(-n_branches // LANES)
+    filled = np.full((len(by_place), n_groups * LANES, *values.shape[1:]), missing)
+    filled[:, :n_branches] = by_place
+    grouped = filled.reshape(len(by_place), n_groups, LANES, *values.shape[1:])
     return np.ascontiguousarray(np.moveaxis(grouped, 2, -1))
 
 

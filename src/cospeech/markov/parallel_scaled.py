@@ -57,31 +57,36 @@ def _forward(
     The sum of the last row; 0 where a frame lost too much to be sure of.
     """
     n_places, n_groups = stay.shape[:2]
-    left = 1.0
+    node, left = nodes[0], 1.0
     for k in range(n):
         cut = cuts[start + k] if len(cuts) > 0 and start + k > 0 else FREE
-        if cut == NEVER:
-            nodes[k] = 0.0
+        nodes[k] = 0.0 if cut == NEVER else node
         before = NOTHING if cut == MUST else k
         everywhere, leaving = each(0.0), each(0.0)
         for g in range(n_groups):
-            come, value = nodes[k] * take(entry, (g,)), each(0.0)
-            for p in range(n_places):
-                here = take(alphas, (before, p, g))
-                # Less ``TINY``, a branch that is not allowed has no density at all.
-                value = (here * take(stay, (p, g)) + come) * (take(density, (k, p, g)) - TINY)
+            # From the last place to the first, which asks for the node: so its sum is ready when it is needed.
+            # Less ``TINY``, a branch that is not allowed has no density at all.
+            here = take(alphas, (before, n_places - 1, g))
+            for p in range(n_places - 1, 0, -1):
+                earlier = take(alphas, (before, p - 1, g))
+                value = here * take(stay, (p, g)) + earlier * take(leave, (p - 1, g))
+                value = value * (take(density, (k, p, g)) - TINY)
                 put(alphas, (k + 1, p, g), value)
-                everywhere = everywhere + value
-                come = here * take(leave, (p, g))
-            leaving = leaving + value * take(leave, (n_places - 1, g))
-        left, nodes[k + 1], scales[k + 1] = total(everywhere), total(leaving), 1.0
+                everywhere, here = everywhere + value, earlier
+            value = here * take(stay, (0, g)) + nodes[k] * take(entry, (g,))
+            value = value * (take(density, (k, 0, g)) - TINY)
+            put(alphas, (k + 1, 0, g), value)
+            everywhere = everywhere + value
+            leaving = leaving + take(alphas, (k + 1, n_places - 1, g)) * take(leave, (n_places - 1, g))
+        left, node, scales[k + 1] = total(everywhere), total(leaving), 1.0
         if left < FAINT:
             if left < LOST:
                 return 0.0
             scales[k + 1] = 1.0 / left
-            nodes[k + 1] *= scales[k + 1]
+            node *= scales[k + 1]
             scale(alphas[k + 1], scales[k + 1])
             left = 1.0
+    nodes[n] = node
     return left
 
 
@@ -112,13 +117,17 @@ def _backward(
         node = total(worth)
         within = 0.0 if cut == MUST else scales[k + 1]
         for g in range(n_groups):
-            then = each(0.0 if cut == NEVER else node)
-            for p in range(n_places - 1, -1, -1):
-                later = take(beta, (p, g))
-                put(alphas, (k + 1, p, g), take(alphas, (k + 1, p, g)) * later)
-                follow = within * take(density, (k, p, g)) * later
-                put(beta, (p, g), take(stay, (p, g)) * follow + (take(leave, (p, g)) * then + TINY))
-                then = follow
+            # From the first place to the last, which asks for the node.
+            later = take(beta, (0, g))
+            put(alphas, (k + 1, 0, g), take(alphas, (k + 1, 0, g)) * later)
+            follow = within * take(density, (k, 0, g)) * later
+            for p in range(n_places - 1):
+                later, own = take(beta, (p + 1, g)), follow
+                put(alphas, (k + 1, p + 1, g), take(alphas, (k + 1, p + 1, g)) * later)
+                follow = within * take(density, (k, p + 1, g)) * later
+                put(beta, (p, g), take(stay, (p, g)) * own + (take(leave, (p, g)) * follow + TINY))
+            back = take(leave, (n_places - 1, g)) * (0.0 if cut == NEVER else node) + TINY
+            put(beta, (n_places - 1, g), take(stay, (n_places - 1, g)) * follow + back)
     alphas[n + 1 : NOTHING] = 0.0
     return node
 

@@ -61,15 +61,18 @@ def _advance(
             node = IMPOSSIBLE
         best = each(IMPOSSIBLE)
         for g in range(n_groups):
-            moved, came, value = node + take(entry, (g,)), each(float(t)), each(0.0)
-            for p in range(n_places):
-                here, own = take(score, (p, g)), take(since, (p, g))
-                kept = here + take(stay, (p, g))
-                value = greater(moved, kept) + take(density, (k, p, g))
-                put(score, (p, g), value)
-                put(since, (p, g), where_greater(moved, kept, came, own))
-                moved, came = here + take(leave, (p, g)), own
-            value = value + take(leave, (n_places - 1, g))
+            # From the last place to the first, which asks for the node: so its maximum is ready when it is needed.
+            here, own = take(score, (n_places - 1, g)), take(since, (n_places - 1, g))
+            for p in range(n_places - 1, 0, -1):
+                earlier, entered = take(score, (p - 1, g)), take(since, (p - 1, g))
+                kept, moved = here + take(stay, (p, g)), earlier + take(leave, (p - 1, g))
+                put(score, (p, g), greater(moved, kept) + take(density, (k, p, g)))
+                put(since, (p, g), where_greater(moved, kept, entered, own))
+                here, own = earlier, entered
+            kept, moved = here + take(stay, (0, g)), node + take(entry, (g,))
+            put(score, (0, g), greater(moved, kept) + take(density, (k, 0, g)))
+            put(since, (0, g), where_greater(moved, kept, each(float(t)), own))
+            value = take(score, (n_places - 1, g)) + take(leave, (n_places - 1, g))
             put(leaving, (g,), value)
             best = greater(value, best)
         node = greatest(best)
