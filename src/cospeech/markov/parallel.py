@@ -140,13 +140,13 @@ def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     filled = np.full((len(by_place), n_groups * LANES, *values.shape[1:]), missing)
     filled[:, :n_branches] = by_place
     grouped = filled.reshape(len(by_place), n_groups, LANES, *values.shape[1:])
-    return np.ascontiguousarray(np.moveaxis(grouped, 2, -1))
+    return np.ascontiguousarray(grouped.swapaxes(2, -1))
 
 
 def _states(vectors: Floats, n_branches: int) -> Floats:
     """Return what ``_vectors`` was given."""
     rest = vectors.shape[2:-1]
-    by_place = np.moveaxis(vectors, -1, 2).reshape(len(vectors), -1, *rest)
+    by_place = vectors.swapaxes(2, -1).reshape(len(vectors), -1, *rest)
     return by_place[:, :n_branches].reshape(-1, *rest)
 
 
@@ -195,13 +195,14 @@ def _expect_scaled(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
     moments = np.zeros((*final.shape[:2], 1 + 2 * n_features, LANES))
     found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final)
     begun = _states(entered[None], n_branches)
-    occupied, first, second = np.split(_states(moments, n_branches).T, [1, 1 + n_features])
+    sums = _states(moments, n_branches).T
     # What enters a branch goes through it place by place, but for what the end of the sequence finds on its way.
     ended = np.cumsum(_states(final, n_branches).reshape(-1, n_branches), axis=0)
     left = np.maximum(begun - ended, 0.0)
-    arrived = np.vstack([begun, left[:-1]])
-    stayed = np.maximum(occupied[0] - arrived.ravel(), 0.0)
-    return Counts(found * np.log(2.0), begun, occupied[0], stayed, left.ravel(), first, second, packed.pivot)
+    arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
+    occupied, first, second = sums[0], sums[1 : 1 + n_features], sums[1 + n_features :]
+    stayed = np.maximum(occupied - arrived, 0.0)
+    return Counts(found * np.log(2.0), begun, occupied, stayed, left.ravel(), first, second, packed.pivot)
 
 
 def _expect_exact(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:

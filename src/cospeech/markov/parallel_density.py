@@ -18,7 +18,7 @@ from cospeech.markov.lanes import LANES, each, exp2, greater, greatest, put, tak
 Float = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
 
-BLOCK = 64
+BLOCK = 128
 """Frames in a block, and between two checkpoints of a forward pass; a multiple of ``ABREAST``."""
 
 ABREAST = 4

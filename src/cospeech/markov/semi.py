@@ -258,19 +258,18 @@ def decode(
     logs = _logs(model, observations, weight, censoring)
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
-    block = semi_kernels.BLOCK
+    block, span = semi_kernels.BLOCK, semi_kernels.SPAN
     padded = np.full((n_states, n_bins + block), -np.inf)
     padded[:, :n_bins] = logs.durations
-    ending = np.full((n_states, n_frames + n_bins + 2 * block), -np.inf)
-    offer = np.full((n_states, n_frames + block), -np.inf)
+    offer = np.full((n_states, 2 * n_bins + span + 2 * block), -np.inf)
     emitted = np.zeros(n_states)
-    semi_kernels.best_scores(
-        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, ending, offer, emitted
+    before = np.zeros((n_states, n_frames), dtype=np.min_scalar_type(n_states))
+    lengths = np.zeros((n_states, n_frames), dtype=np.min_scalar_type(n_bins))
+    origin = semi_kernels.best_scores(
+        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, offer, emitted, before, lengths
     )
     starts, states = np.empty((2, n_frames), dtype=np.int64)
-    score, n_phrases = semi_kernels.trace_back(
-        logs.transitions, logs.durations, logs.last, ending, offer, emitted, starts, states
-    )
+    score, n_phrases = semi_kernels.trace_back(logs.last, origin, offer, emitted, before, lengths, starts, states)
     if n_phrases == 0:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     return _path(model, starts, states, n_phrases, score)

@@ -8,6 +8,7 @@ do not know t, and its last does not know s. What is left to maximise over s (or
 The best end frames are found by pushing: as soon as an offer is known it is laid against all end frames that
 it can reach, which are neighbours in memory and so become lanes, whereas a maximum over durations for one end
 frame does not vectorise. Offers are pushed BLOCK at a time, so that an end frame is read and written once a block.
+Scores are kept of a window of frames; of all frames, the way back is: for each state one byte and one length.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
 
 BLOCK = 8
+
+SPAN = 1024
+"""Frames after which the window of the offers moves on; a multiple of ``BLOCK``."""
 
 STRAY = 200.0
 """How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
@@ -60,77 +64,117 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
 
 
 @numba.njit(cache=True)
+def _slide(window: Float) -> None:
+    """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
+    kept = window.shape[1] - SPAN
+    for j in range(len(window)):
+        for c in range(kept):
+            window[j, c] = window[j, c + SPAN]
+        window[j, kept:] = -np.inf
+
+
+@numba.njit(cache=True)
+def _length(offer: Any, durations: Any, reached: float, frame: int) -> int:
+    """Return the shortest duration with which an offer before ``frame`` is worth ``reached``, 0 where none is."""
+    for k in range(1, min(len(durations), frame) + 1):
+        if offer[frame - k] + durations[k - 1] == reached:
+            return k
+    return 0
+
+
+@numba.njit(cache=True)
 def best_scores(
     initial: Float,
     transitions: Float,
     durations: Float,
     emissions: Float,
     observations: Int,
-    ending: Float,
     offer: Float,
     emitted: Float,
-) -> None:
-    """Fill in the scores of the best paths over [0, t) (Özkul 2012, eq. 5.9).
+    before: Any,
+    lengths: Any,
+) -> int:
+    """Find the best paths over [0, t) for all t (Özkul 2012, eq. 5.9), and leave the way back along them.
 
     Parameters
     ----------
     initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
     emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
-    ending : (S, T + D + 2 BLOCK) of -inf; becomes the score of the best path with a phrase of j that ends at t.
-    offer : (S, T + BLOCK) of -inf; becomes that of the best path with a phrase of j that starts at t, less the
-        emissions of j up to t.
+    offer : (S, 2 D + SPAN + 2 BLOCK) of -inf, a window of frames; becomes the score of the best path with a phrase of
+        j that starts there, less the emissions of j up to there.
     emitted : (S,) of 0; becomes the emissions of j over the whole record.
+    before : (S, T) of 0; becomes the state before a phrase of j that starts in a frame.
+    lengths : (S, T) of 0; becomes the length of the phrase of j that ends there, where a best path asks for it.
+
+    Returns
+    -------
+    The frame of the first column of ``offer``.
+
+    Notes
+    -----
+    A length is not carried along but looked for, where it is asked for, among the sums of which one is the maximum.
     """
-    n_states, n_frames = len(initial), len(observations)
+    n_states, n_frames = before.shape
     n_bins = durations.shape[1] - BLOCK
+    ending, worth = np.full(offer.shape, -np.inf), np.empty(n_states)
+    origin = -n_bins
     for first in range(0, n_frames, BLOCK):
-        beyond = first + BLOCK
-        for s in range(first, min(beyond, n_frames)):
-            for j in range(n_states):
-                ending[j, s] += emitted[j]
+        if first - origin == n_bins + SPAN:
+            _slide(ending)
+            _slide(offer)
+            origin += SPAN
+        beyond = first + BLOCK - origin
+        for s in range(first, min(first + BLOCK, n_frames)):
+            c = s - origin
+            for i in range(n_states):
+                worth[i] = ending[i, c] + emitted[i]
             for j in range(n_states):
                 best = initial[j]
                 if s > 0:
-                    best = -np.inf
-                    for i in range(n_states):
-                        best = max(best, ending[i, s] + transitions[i, j])
+                    best, last = worth[0] + transitions[0, j], 0
+                    for i in range(1, n_states):
+                        if worth[i] + transitions[i, j] > best:
+                            best, last = worth[i] + transitions[i, j], i
+                    before[j, s] = last
+                    if lengths[last, s] == 0 and best > -np.inf:
+                        lengths[last, s] = _length(offer[last], durations[last], ending[last, c], c)
                 best -= emitted[j]
-                offer[j, s] = best
-                for t in range(s + 1, beyond):
-                    ending[j, t] = max(ending[j, t], best + durations[j, t - s - 1])
+                offer[j, c] = best
+                for t in range(c + 1, beyond):
+                    ending[j, t] = max(ending[j, t], best + durations[j, t - c - 1])
             for j in range(n_states):
                 emitted[j] += emissions[j, observations[s]]
         for j in range(n_states):
-            _push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
+            _push(ending[j, beyond : beyond + n_bins], offer[j, beyond - BLOCK : beyond], durations[j], n_bins)
+    return origin
 
 
 @numba.njit(cache=True)
 def trace_back(
-    transitions: Float,
-    durations: Float,
     last: Float,
-    ending: Float,
+    origin: int,
     offer: Float,
     emitted: Float,
+    before: Any,
+    lengths: Any,
     starts: Int,
     states: Int,
 ) -> tuple[float, int]:
     """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
-    No back pointers are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
     Among equals the first state wins, then the shortest duration.
 
     Parameters
     ----------
-    durations, last : (S, D), of any phrase and of the last one. Others : see ``best_scores``.
+    last : (S, D), of the last phrase. origin : what ``best_scores`` returned. Others : see there.
     """
-    n_states, n_bins = durations.shape
+    n_states, n_bins = last.shape
     n_frames = len(starts)
     score = -np.inf
     state = length = n_phrases = 0
     for j in range(n_states):
         for k in range(1, min(n_bins, n_frames) + 1):
-            x = offer[j, n_frames - k] + last[j, k - 1] + emitted[j]
+            x = offer[j, n_frames - k - origin] + last[j, k - 1] + emitted[j]
             if x > score:
                 score, state, length = x, j, k
     start = n_frames
@@ -141,16 +185,8 @@ def trace_back(
         states[n_frames - n_phrases] = state
         length = 0
         if start > 0:
-            before = 0
-            for i in range(1, n_states):
-                if ending[i, start] + transitions[i, state] > ending[before, start] + transitions[before, state]:
-                    before = i
-            state = before
-            best = -np.inf
-            for k in range(1, min(n_bins, start) + 1):
-                x = offer[state, start - k] + durations[state, k - 1]
-                if x > best:
-                    best, length = x, k
+            state = int(before[state, start])
+            length = int(lengths[state, start])
     return score, n_phrases
 
 
