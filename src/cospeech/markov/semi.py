@@ -258,18 +258,17 @@ def decode(
     logs = _logs(model, observations, weight, censoring)
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
-    block, span = semi_kernels.BLOCK, semi_kernels.SPAN
+    block = semi_kernels.BLOCK
     padded = np.full((n_states, n_bins + block), -np.inf)
     padded[:, :n_bins] = logs.durations
-    offer = np.full((n_states, 2 * n_bins + span + 2 * block), -np.inf)
+    offer = np.full((n_states, n_frames + block), -np.inf)
     emitted = np.zeros(n_states)
-    before = np.zeros((n_states, n_frames), dtype=np.min_scalar_type(n_states))
-    lengths = np.zeros((n_states, n_frames), dtype=np.min_scalar_type(n_bins))
-    origin = semi_kernels.best_scores(
-        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, offer, emitted, before, lengths
+    before = np.empty((n_states, n_frames), dtype=np.min_scalar_type(n_states))
+    semi_kernels.best_scores(
+        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, offer, emitted, before
     )
     starts, states = np.empty((2, n_frames), dtype=np.int64)
-    score, n_phrases = semi_kernels.trace_back(logs.last, origin, offer, emitted, before, lengths, starts, states)
+    score, n_phrases = semi_kernels.trace_back(logs.durations, logs.last, offer, emitted, before, starts, states)
     if n_phrases == 0:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     return _path(model, starts, states, n_phrases, score)

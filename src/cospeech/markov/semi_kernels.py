@@ -8,7 +8,8 @@ do not know t, and its last does not know s. What is left to maximise over s (or
 The best end frames are found by pushing: as soon as an offer is known it is laid against all end frames that
 it can reach, which are neighbours in memory and so become lanes, whereas a maximum over durations for one end
 frame does not vectorise. Offers are pushed BLOCK at a time, so that an end frame is read and written once a block.
-Scores are kept of a window of frames; of all frames, the way back is: for each state one byte and one length.
+Of all frames the offers are kept and the state before them, one number and one byte for each state; of the sums only
+a window.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Int = npt.NDArray[np.int64]
 BLOCK = 8
 
 SPAN = 1024
-"""Frames after which the window of the offers moves on; a multiple of ``BLOCK``."""
+"""Frames after which the window of the end frames moves on; a multiple of ``BLOCK``."""
 
 STRAY = 200.0
 """How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
@@ -74,15 +75,6 @@ def _slide(window: Float) -> None:
 
 
 @numba.njit(cache=True)
-def _length(offer: Any, durations: Any, reached: float, frame: int) -> int:
-    """Return the shortest duration with which an offer before ``frame`` is worth ``reached``, 0 where none is."""
-    for k in range(1, min(len(durations), frame) + 1):
-        if offer[frame - k] + durations[k - 1] == reached:
-            return k
-    return 0
-
-
-@numba.njit(cache=True)
 def best_scores(
     initial: Float,
     transitions: Float,
@@ -92,89 +84,72 @@ def best_scores(
     offer: Float,
     emitted: Float,
     before: Any,
-    lengths: Any,
-) -> int:
-    """Find the best paths over [0, t) for all t (Özkul 2012, eq. 5.9), and leave the way back along them.
+) -> None:
+    """Find the best paths over [0, t) for all t (Özkul 2012, eq. 5.9).
 
     Parameters
     ----------
     initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
     emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
-    offer : (S, 2 D + SPAN + 2 BLOCK) of -inf, a window of frames; becomes the score of the best path with a phrase of
-        j that starts there, less the emissions of j up to there.
+    offer : (S, T + BLOCK) of -inf; becomes the score of the best path with a phrase of j that starts at t, less the
+        emissions of j up to t.
     emitted : (S,) of 0; becomes the emissions of j over the whole record.
-    before : (S, T) of 0; becomes the state before a phrase of j that starts in a frame.
-    lengths : (S, T) of 0; becomes the length of the phrase of j that ends there, where a best path asks for it.
-
-    Returns
-    -------
-    The frame of the first column of ``offer``.
-
-    Notes
-    -----
-    A length is not carried along but looked for, where it is asked for, among the sums of which one is the maximum.
+    before : (S, T) of integers; becomes the state before a phrase of j that starts at t.
     """
     n_states, n_frames = before.shape
     n_bins = durations.shape[1] - BLOCK
-    ending, worth = np.full(offer.shape, -np.inf), np.empty(n_states)
-    origin = -n_bins
+    # Best sums so far of the end frames from ``origin`` on: no other is asked for any more.
+    ending, origin = np.full((n_states, SPAN + n_bins + BLOCK), -np.inf), 0
+    worth = np.empty(n_states)
     for first in range(0, n_frames, BLOCK):
-        if first - origin == n_bins + SPAN:
+        if first - origin == SPAN:
             _slide(ending)
-            _slide(offer)
             origin += SPAN
-        beyond = first + BLOCK - origin
-        for s in range(first, min(first + BLOCK, n_frames)):
-            c = s - origin
-            for i in range(n_states):
-                worth[i] = ending[i, c] + emitted[i]
+        beyond = first + BLOCK
+        for s in range(first, min(beyond, n_frames)):
             for j in range(n_states):
-                best = initial[j]
-                if s > 0:
-                    best, last = worth[0] + transitions[0, j], 0
-                    for i in range(1, n_states):
-                        if worth[i] + transitions[i, j] > best:
-                            best, last = worth[i] + transitions[i, j], i
-                    before[j, s] = last
-                    if lengths[last, s] == 0 and best > -np.inf:
-                        lengths[last, s] = _length(offer[last], durations[last], ending[last, c], c)
-                best -= emitted[j]
-                offer[j, c] = best
-                for t in range(c + 1, beyond):
-                    ending[j, t] = max(ending[j, t], best + durations[j, t - c - 1])
+                worth[j] = ending[j, s - origin] + emitted[j]
             for j in range(n_states):
+                best, last = initial[j] if s == 0 else -np.inf, 0
+                for i in range(n_states if s > 0 else 0):
+                    x = worth[i] + transitions[i, j]
+                    best, last = (x, i) if x > best else (best, last)
+                before[j, s] = last
+                start = offer[j, s] = best - emitted[j]
                 emitted[j] += emissions[j, observations[s]]
+                for t in range(s + 1, beyond):
+                    ending[j, t - origin] = max(ending[j, t - origin], start + durations[j, t - s - 1])
+        reach = beyond - origin
         for j in range(n_states):
-            _push(ending[j, beyond : beyond + n_bins], offer[j, beyond - BLOCK : beyond], durations[j], n_bins)
-    return origin
+            _push(ending[j, reach : reach + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
 
 @numba.njit(cache=True)
 def trace_back(
+    durations: Float,
     last: Float,
-    origin: int,
     offer: Float,
     emitted: Float,
     before: Any,
-    lengths: Any,
     starts: Int,
     states: Int,
 ) -> tuple[float, int]:
     """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
+    No durations are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
     Among equals the first state wins, then the shortest duration.
 
     Parameters
     ----------
-    last : (S, D), of the last phrase. origin : what ``best_scores`` returned. Others : see there.
+    durations, last : (S, D), of any phrase and of the last one. Others : see ``best_scores``.
     """
-    n_states, n_bins = last.shape
+    n_states, n_bins = durations.shape
     n_frames = len(starts)
     score = -np.inf
     state = length = n_phrases = 0
     for j in range(n_states):
         for k in range(1, min(n_bins, n_frames) + 1):
-            x = offer[j, n_frames - k - origin] + last[j, k - 1] + emitted[j]
+            x = offer[j, n_frames - k] + last[j, k - 1] + emitted[j]
             if x > score:
                 score, state, length = x, j, k
     start = n_frames
@@ -186,7 +161,11 @@ def trace_back(
         length = 0
         if start > 0:
             state = int(before[state, start])
-            length = int(lengths[state, start])
+            best = -np.inf
+            for k in range(1, min(n_bins, start) + 1):
+                x = offer[state, start - k] + durations[state, k - 1]
+                if x > best:
+                    best, length = x, k
     return score, n_phrases
 
 
