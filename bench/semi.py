@@ -3,7 +3,8 @@
 Seven states, 400 duration bins, eight symbols. The candidates are all (end frame, state, duration): T x 7 x 400 sums
 of two numbers, of which each end frame and state wants the largest. *Bare* does only that, for offers that are all
 known beforehand, in the two ways there are: end frames as lanes (the fastest that we know), and a loop over durations
-for one end frame. A decoder finds its offers on the way, adds emissions and transitions, and traces back.
+for one end frame. A decoder finds its offers on the way, adds emissions and transitions, and traces back. All take
+turns, and the best and the median of the rounds are compared.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def main() -> None:
     """Print a line for each length: times, ratios, memory."""
     rng = np.random.default_rng(0)
     planted = model(rng)
-    print(f"HSMM decoding, {STATES} states, {BINS} bins, one thread, float64; times in ms, the best of several runs")
+    print(f"HSMM decoding, {STATES} states, {BINS} bins, one thread, float64; processor time in ms")
     print("     T   bare, lanes   bare, loop   decode   sample   decode / bare (medians)   MB beyond the input")
     for n_frames in LENGTHS:
         held = rng.integers(16, 61, size=n_frames // 16)
