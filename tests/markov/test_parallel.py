@@ -12,6 +12,7 @@ from small import expected_counts, random_clamp, random_model, sample, weighted_
 from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
+from cospeech.markov.parallel_density import BLOCK
 
 SHAPES = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (2, 3), (3, 2)]
 FLOOR = 1e-3
@@ -85,11 +86,11 @@ def dense(model):
     return peer
 
 
-@pytest.mark.parametrize(("branches", "states"), [(1, 1), (3, 2), (8, 3), (5, 9)])
+@pytest.mark.parametrize(("branches", "states"), [(1, 1), (3, 2), (8, 3), (5, 9), (11, 3)])
 def test_equals_hmmlearn(branches, states):
     rng = np.random.default_rng([branches, states])
     model = random_model(rng, branches, states, 6)
-    frames = [sample(model, n, rng)[0] for n in (1, 63, 64, 65, 500)]
+    frames = [sample(model, n, rng)[0] for n in (1, BLOCK - 1, BLOCK, BLOCK + 1, 500)]
     peer = dense(model)
     for sequence in frames:
         assert parallel.log_likelihood(model, sequence) == pytest.approx(peer.score(sequence), rel=1e-9)
@@ -256,3 +257,18 @@ def test_the_same_bytes_each_time():
     )
     for first, second in zip(one.model, two.model, strict=True):
         assert first.tobytes() == second.tobytes()
+
+
+def test_branches_beyond_one_vector_are_counted_as_in_logarithms():
+    rng = np.random.default_rng(6)
+    model = random_model(rng, 11, 3, 2)
+    frames = sample(model, 2 * BLOCK + 5, rng)[0]
+    clamp = random_clamp(rng, 11, len(frames))
+    clamp = clamp._replace(cuts=np.where(clamp.cuts == MUST, FREE, clamp.cuts).astype(np.int8))
+    for given in (None, clamp):
+        (one, scaled), (other, exact) = (
+            counts_of(expect, model, frames, given) for expect in (parallel._expect_scaled, parallel._expect_exact)
+        )
+        assert one == pytest.approx(other, rel=1e-12)
+        for found, true in zip(scaled, exact, strict=True):
+            np.testing.assert_allclose(found, true, rtol=1e-9, atol=1e-10)
