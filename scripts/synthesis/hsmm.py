@@ -11,7 +11,7 @@ from cospeech.synthesis.speech import frame_labels, heard
 with job.run(snakemake) as work:
     record, frame_s, censoring = work.wildcards.record, work.params["frame_s"], work.params["censoring"]
     gestures = pd.concat([work.read(path, "segments") for path in work.input.gestures])
-    for place, clusters in enumerate(work.params["clusters"]):
+    for place, clusters in enumerate(work.followed(work.params["clusters"], "settings")):
         prosody = work.read(work.input.prosody[place], "segments")
         how = hsmm.Estimate(clusters=clusters, **work.params["estimate"])
         known = fold(record, gestures, prosody, frame_s)
