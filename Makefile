@@ -56,4 +56,4 @@ lock:
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:
-	rm -rf results reports/*/index.html reports/*/figures reports/*/tables
+	rm -rf results reports/*/index.html reports/*/seconds.html reports/*/figures reports/*/tables
