@@ -117,7 +117,9 @@ onstart:
 onsuccess:
     from cospeech.report import seconds  # not above: pandas would cost every start half a second
 
-    seconds.save(Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"])
+    seconds.save(
+        Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
+    )
     print(f"cospeech: done; the report is {REPORTS}/index.html")
 
 

@@ -1,7 +1,7 @@
 """Where the seconds of a run went: Snakemake's own benchmark files, rule by rule.
 
-Times differ from run to run, so this exhibit is no artifact of a rule: it is written at the end of every run, beside the
-page, and nothing rests on it.
+Times differ from run to run, so this exhibit is no artifact of a rule: it is written at the end of every run, beside
+the page, and nothing rests on it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Row(NamedTuple):
 
 
 def rows(benchmarks: Path) -> list[Row]:
-    """Return a row for each rule that has left benchmark files (<rule>.tsv, or <rule>/**/*.tsv), the longest first."""
+    """Return a row for each rule that has left benchmark files (<rule>.tsv or <rule>/...tsv), the longest first."""
     took: dict[str, list[tuple[float, float]]] = {}
     for path in sorted(benchmarks.rglob("*.tsv")):
         rule = path.relative_to(benchmarks).parts[0].removesuffix(".tsv")
