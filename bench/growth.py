@@ -1,7 +1,7 @@
 """Draw time and memory against hours of speech and number of records: python bench/growth.py [--most-hours 100]
 
 Labels and features without sound (as config/long.yaml) go through the workflow to the session scores: first two
-actors with four records each that grow longer, then actors of four records of a minute that grow in number. (More records
+actors with four records each that grow longer, then actors of four one-minute records, more and more. (More records
 of one actor are more folds, each trained on more: leaving one out is quadratic in them by what it is.) Last, how long
 Snakemake plans many jobs. Table and figure land in bench/out.
 """
