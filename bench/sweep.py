@@ -2,8 +2,9 @@
 
 Ours is the workflow on two cores, from the demo's features to the scores of 28 settings in 8 strict folds: every
 process start, table and decoding included. hmmlearn's is training alone, in one process without a start: one EM
-iteration at each of the 28 settings on the frames of the first fold, times the iterations that ours took there in all folds
-and restarts. Nothing else is scaled; starting models, decoding and everything after are given to it for nothing.
+iteration at each of the 28 settings on the frames of the first fold, times the iterations that ours took there in
+all folds and restarts. Nothing else is scaled; starting models, decoding and everything after are given to it for
+nothing.
 """
 
 from __future__ import annotations
