@@ -12,7 +12,7 @@ help:
 	@echo "make verify [CONFIG=...]                           read every artifact again, checksums and schemas"
 	@echo "make test                                          the tests"
 	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
-	@echo "make bench                                         time the kernels against their peers"
+	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
 
 report: .venv/report.stamp
 	$(BIN)/snakemake --configfile $(CONFIG) --cores $(CORES)
@@ -37,6 +37,8 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/markov.py
 	$(BIN)/python bench/semi.py
 	$(BIN)/python bench/kinematics.py
+	$(BIN)/python bench/sweep.py
+	$(BIN)/python bench/growth.py
 
 # The environments are made from hash-locked requirements; the package itself is installed in place.
 .venv/report.stamp: requirements.lock pyproject.toml
@@ -56,4 +58,4 @@ lock:
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:
-	rm -rf results reports/*/index.html reports/*/figures reports/*/tables
+	rm -rf results reports/*/index.html reports/*/seconds.html reports/*/figures reports/*/tables

@@ -141,11 +141,15 @@ onstart:
 
 
 onsuccess:
-    print(
-        f"cospeech: done; the report is {REPORTS}/index.html"
-        if RECORDS
-        else f"cospeech: done; see {RESULTS}/capture"
-    )
+    if RECORDS:
+        from cospeech.report import seconds  # not above: pandas would cost every start half a second
+
+        seconds.save(
+            Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
+        )
+        print(f"cospeech: done; the report is {REPORTS}/index.html")
+    else:
+        print(f"cospeech: done; see {RESULTS}/capture")
 
 
 onerror:

@@ -25,6 +25,10 @@ def changed(**changes):
     return config
 
 
+def calibrated(**keys):
+    return changed(**{f"capture__calibration__{key}": value for key, value in keys.items()})
+
+
 def overlay(base, top):
     for key, value in top.items():
         if isinstance(value, dict) and isinstance(base.get(key), dict):
@@ -63,6 +67,11 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(run="a/b"), "config: run: 'a/b' does not match"),
         (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
         (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
+        (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
+        (calibrated(method="board", films="x", board="y"), "a board takes [], or one {origin_frame: ...}"),
+        (calibrated(method="given"), "capture.calibration.file: name the TOML"),
+        (calibrated(method="lidar"), "capture.calibration.method: 'lidar' is not one of"),
+        (calibrated(facts=[{"from_frame": 1, "place_m": [0, 0, 0]}]), "capture.calibration.facts.0"),
         (
             changed(corpus__source="recorded", corpus__name="mine", corpus__records=[{"record": "a"}]),
             "'actor' is a required property",
@@ -80,6 +89,27 @@ def test_the_order_of_keys_does_not_matter():
     turned = dict(reversed(DEMO.items())) | {"phrases": dict(reversed(DEMO["phrases"].items()))}
     assert str(configuration.in_order(turned)) == str(configuration.in_order(DEMO))
     assert configuration.in_order(DEMO) == DEMO
+
+
+def test_the_films_of_a_calibration_are_named_by_their_cameras(tmp_path):
+    config = calibrated(films=str(tmp_path))
+    assert configuration.calibration_films(DEMO) == {}
+    with pytest.raises(UserError, match="no film lies there"):
+        configuration.calibration_films(config)
+    for name in ("c2.MP4", "c1.mov", "notes.txt"):
+        (tmp_path / name).touch()
+    found = {"c1": str(tmp_path / "c1.mov"), "c2": str(tmp_path / "c2.MP4")}
+    assert configuration.calibration_films(config) == found
+    (tmp_path / "c1.avi").touch()
+    with pytest.raises(UserError, match="two films are called 'c1'"):
+        configuration.calibration_films(config)
+
+
+def test_a_run_that_only_calibrates_needs_no_record():
+    config = calibrated(method="given", file="rig.toml")
+    config["corpus"] |= {"source": "recorded", "name": "mine"}
+    configuration.check(config)
+    assert configuration.brings(configuration.records(config, "results/x")) == frozenset()
 
 
 def recorded(records):

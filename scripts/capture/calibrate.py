@@ -33,7 +33,7 @@ with job.run(snakemake) as work:
             corners = board.observations(declared, work.read(work.input.corners, "corners"), names)
             found, points, used = board.calibrate(declared, names, corners, sizes_px)
             observations = corners.reshape(len(names), -1, 2)
-            change = board.lying(declared, points, facts)
+            change = board.lying(declared, found, points, facts)
         trust = quality.table(found, points, used, observations)
         cameras, points_m = change.cameras(found), change.points(points)
         for row in trust.itertuples():

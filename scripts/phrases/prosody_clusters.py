@@ -9,7 +9,7 @@ with job.run(snakemake) as work:
     records = work.params["records"]
     tables = {record: work.read(path, "prosody") for record, path in zip(records, work.input.prosody, strict=True)}
     training = [tables[record] for record in work.params["training"]]
-    for place, (clusters, states) in enumerate(work.params["clusters"]):
+    for place, (clusters, states) in enumerate(work.followed(work.params["clusters"], "settings")):
         found = prosody.train(training, clusters, states, work.params["settings"], work.params["seed"])
         work.say(f"{clusters} clusters of {states} states: {prosody.summary(found.fit)}")
         phrases = [

@@ -1,10 +1,19 @@
-"""The phrases of one fold by everything that hears wrong speech or none, and by another real record."""
+"""The phrases of one fold drawn from the HSMM, by all that hears wrong speech or none, and by another real record."""
 
 import pandas as pd
 
 from cospeech import job
 from cospeech.markov import semi
-from cospeech.synthesis import another, clock, majority, prior, random_phrases, systems, wrong_speech
+from cospeech.synthesis import (
+    another,
+    clock,
+    hsmm_sampled,
+    majority,
+    prior,
+    random_phrases,
+    systems,
+    wrong_speech,
+)
 from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
 
@@ -17,9 +26,11 @@ with job.run(snakemake) as work:
     model = semi.from_tables({name: work.read(work.input.get(name), name) for name in semi.TABLES})
     weight = float(work.read(work.input.weighted, "decoding")["emission_weight"].iloc[0])
     known = fold(record, gestures, prosody, frame_s)
+    own = heard(labels, record, frame_s)
     made = {
+        "hsmm_sampled": hsmm_sampled.synthesise(model, own, weight, censoring, seed),
         "random": random_phrases.synthesise(known, seed),
-        "prior": prior.synthesise(model, heard(labels, record, frame_s), censoring),
+        "prior": prior.synthesise(model, own, censoring),
         "clock": clock.synthesise(known),
         "majority": majority.synthesise(known),
         "another": another.synthesise(known, work.params["records"]),

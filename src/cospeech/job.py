@@ -8,17 +8,19 @@ import logging
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
-from cospeech import tables
+from cospeech import progress, tables
 from cospeech.errors import UserError
 
 log = logging.getLogger("cospeech")
+
+Thing = TypeVar("Thing")
 
 
 def settings_hash(settings: dict[str, Any]) -> str:
@@ -49,6 +51,17 @@ class Job:
     def say(self, message: str) -> None:
         """Put one line into the log of this job."""
         log.info(message)
+
+    def followed(self, things: Sequence[Thing], unit: str) -> Iterator[Thing]:
+        """Yield ``things``, and tell a person who waits how many are done (see ``progress.followed``)."""
+        name = " ".join([self.rule, *self.wildcards])
+
+        def say(line: str) -> None:
+            self.say(line)
+            if progress.SAID_BY_JOBS in os.environ:
+                print(f"  {name}: {line}", file=sys.stderr, flush=True)
+
+        return progress.followed(things, unit, say)
 
 
 @contextmanager

@@ -54,6 +54,29 @@ def test_what_is_behind_the_camera_is_not_seen():
     assert not bundle.observe(rig.inner[0], rig.rotations[0], rig.shifts[0], behind, *empty)
 
 
+def test_the_poses_of_a_rigid_body_are_found_with_the_cameras():
+    """Four corners of a plate, seen exactly: from a start that is off, back to the truth up to a common motion."""
+    truth, centres, _ = plant(3, n_points=12)
+    rng = np.random.default_rng(1)
+    plate = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0.3, 0.2, 0]])
+    turns = Rotation.from_rotvec(rng.normal(0, 0.5, (12, 3))).as_matrix()
+    places = np.einsum("tij,kj->tki", turns, plate) + centres[:, None]
+    observations = np.array([project(camera, places) for camera in truth])
+    used = ~np.isnan(observations[..., 0])
+    used[1, 4] = used[:, 7] = False
+    start = np.concatenate(
+        [Rotation.from_rotvec(rng.normal(0, 0.05, (12, 3))).as_matrix() @ turns, centres[:, :, None] + 0.03], axis=2
+    )
+    moved = [replace(camera, shift_m=tuple(np.array(camera.shift_m) + rng.normal(0, 0.02, 3))) for camera in truth]
+    rig, poses = bundle.adjust_bodies(bundle.from_cameras(moved), start, plate, observations, used, free=())
+    found = np.einsum("tij,kj->tki", poses[:, :, :3], plate) + poses[:, None, :, 3]
+    assert np.isnan(poses[7]).all()
+    for i, camera in enumerate(bundle.to_cameras(rig, truth)):
+        np.testing.assert_allclose(project(camera, found)[used[i]], observations[i][used[i]], atol=1e-4)
+    apart = np.linalg.norm(found[0] - found[5], axis=1)
+    np.testing.assert_allclose(apart, np.linalg.norm(places[0] - places[5], axis=1), atol=1e-6)
+
+
 def small():
     truth, points, observations = plant(3, n_points=24, outliers=0.0)
     used = ~np.isnan(observations[..., 0])

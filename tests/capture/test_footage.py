@@ -35,6 +35,23 @@ def test_planes_are_the_pictures_that_were_written(films):
             assert np.abs(read - drawn).mean() < 1.5
 
 
+def test_brightness_is_read_of_any_film(films):
+    film = footage.examine(films / "c1.mkv", colour=False)
+    grey = list(footage.brightness(film))
+    assert [picture.shape for picture in grey] == [(48, 72)] * 6
+    (first,) = next(footage.read([film], 1))
+    assert np.abs(grey[0].astype(int) - first[0][:, :72]).max() <= 1
+
+
+def test_cameras_go_to_the_films_of_their_names(films):
+    both = [footage.examine(films / "c2.mkv"), footage.examine(films / "c1.mkv")]
+    assert [camera.name for camera in footage.in_order(both, CAMERAS)] == ["c2", "c1"]
+    with pytest.raises(UserError, match="films of c2 for a rig of c1, c2; give one film"):
+        footage.in_order(both[:1], CAMERAS)
+    with pytest.raises(UserError, match="films of c2, c1 for a rig of c1, left"):
+        footage.in_order(both, [CAMERAS[0], Camera("left", (72, 48), (80, 80), (36, 24))])
+
+
 def write_420(path, pictures, fps=20):
     """An H.264 film as cameras write it."""
     with av.open(str(path), "w") as container:

@@ -10,31 +10,26 @@ from hmmlearn.hmm import GaussianHMM
 from small import expected_counts, random_clamp, random_model, sample, weighted_paths
 
 from cospeech.errors import UserError
-from cospeech.markov import parallel, parallel_exact, parallel_scaled
+from cospeech.markov import parallel
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
-from cospeech.markov.parallel_density import LEAST, TINY, exp2
+from cospeech.markov.parallel_density import BLOCK
 
 SHAPES = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (2, 3), (3, 2)]
 FLOOR = 1e-3
 
 
-def counts_of(kernel, model, frames, clamp):
-    """Return log-likelihood and counts of one kernel, by (branch, place) and with raw moments."""
+def counts_of(expect, model, frames, clamp):
+    """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
-    packed = parallel._packed(model)
-    if kernel is parallel_exact:
-        packed = parallel._in_logs(packed, np.e)
-    flat = [np.zeros(branches), *(np.zeros(branches * states) for _ in range(3))]
-    flat += [np.zeros((features, branches * states)) for _ in range(2)]
-    found = kernel.expect(frames, *(clamp or parallel.unclamped(branches)), *packed, *flat)
-    if np.isnan(found):
-        return found, ()
-    entered, occupied, stayed, left, first, second = flat
-    second = second + 2 * packed.pivot[:, None] * first + packed.pivot[:, None] ** 2 * occupied
-    first = first + packed.pivot[:, None] * occupied
-    by_place = [values.reshape(states, branches).T for values in (occupied, stayed, left)]
+    counts = expect(parallel._packed(model), frames, clamp or parallel.unclamped(branches))
+    if np.isnan(counts.log_likelihood):
+        return counts.log_likelihood, ()
+    pivot = counts.pivot[:, None]
+    second = counts.second + 2 * pivot * counts.first + pivot**2 * counts.occupied
+    first = counts.first + pivot * counts.occupied
+    by_place = [values.reshape(states, branches).T for values in (counts.occupied, counts.stayed, counts.left)]
     moments = [values.T.reshape(states, branches, features).swapaxes(0, 1) for values in (first, second)]
-    return found * np.log(2), (entered, *by_place, *moments)
+    return counts.log_likelihood, (counts.entered, *by_place, *moments)
 
 
 @pytest.mark.parametrize("clamped", [False, True])
@@ -57,8 +52,8 @@ def test_equals_all_paths_of_tiny_models(clamped):
             continue
         possible += 1
         expected = expected_counts(model, frames, paths, joint / joint.sum())
-        for kernel in (parallel_scaled, parallel_exact):
-            log_likelihood, counts = counts_of(kernel, model, frames, clamp)
+        for expect in (parallel._expect_scaled, parallel._expect_exact):
+            log_likelihood, counts = counts_of(expect, model, frames, clamp)
             assert log_likelihood == pytest.approx(np.log(joint.sum()), rel=1e-12, abs=1e-12)
             for found, true in zip(counts, expected, strict=True):
                 np.testing.assert_allclose(found, true, rtol=1e-9, atol=1e-11)
@@ -91,11 +86,11 @@ def dense(model):
     return peer
 
 
-@pytest.mark.parametrize(("branches", "states"), [(1, 1), (3, 2), (8, 3), (5, 9)])
+@pytest.mark.parametrize(("branches", "states"), [(1, 1), (3, 2), (8, 3), (5, 9), (11, 3)])
 def test_equals_hmmlearn(branches, states):
     rng = np.random.default_rng([branches, states])
     model = random_model(rng, branches, states, 6)
-    frames = [sample(model, n, rng)[0] for n in (1, 63, 64, 65, 500)]
+    frames = [sample(model, n, rng)[0] for n in (1, BLOCK - 1, BLOCK, BLOCK + 1, 500)]
     peer = dense(model)
     for sequence in frames:
         assert parallel.log_likelihood(model, sequence) == pytest.approx(peer.score(sequence), rel=1e-9)
@@ -201,8 +196,8 @@ def test_scaled_probabilities_know_when_they_lose_the_path():
         np.ones((2, 2, 1)),
     )
     frames = np.concatenate([np.zeros((50, 1)), np.full((3000, 1), 8.0)])
-    scaled, _ = counts_of(parallel_scaled, model, frames, None)
-    exact, _ = counts_of(parallel_exact, model, frames, None)
+    scaled, _ = counts_of(parallel._expect_scaled, model, frames, None)
+    exact, _ = counts_of(parallel._expect_exact, model, frames, None)
     assert np.isnan(scaled)
     assert parallel.log_likelihood(model, frames) == exact == pytest.approx(dense(model).score(frames), rel=1e-9)
 
@@ -264,9 +259,16 @@ def test_the_same_bytes_each_time():
         assert first.tobytes() == second.tobytes()
 
 
-def test_exponential_is_that_of_libm():
-    x = np.concatenate([np.linspace(-980, 0, 200_001), -np.geomspace(1e-300, 1, 1000)])
-    ours = np.array([exp2(value) for value in x])
-    np.testing.assert_allclose(ours, np.exp2(x), rtol=5e-16)
-    assert exp2(-5000.0) == exp2(-np.inf) == exp2(LEAST) == TINY
-    assert exp2(0.0) == 1.0
+def test_branches_beyond_one_vector_are_counted_as_in_logarithms():
+    rng = np.random.default_rng(6)
+    model = random_model(rng, 11, 3, 2)
+    frames = sample(model, 2 * BLOCK + 5, rng)[0]
+    clamp = random_clamp(rng, 11, len(frames))
+    clamp = clamp._replace(cuts=np.where(clamp.cuts == MUST, FREE, clamp.cuts).astype(np.int8))
+    for given in (None, clamp):
+        (one, scaled), (other, exact) = (
+            counts_of(expect, model, frames, given) for expect in (parallel._expect_scaled, parallel._expect_exact)
+        )
+        assert one == pytest.approx(other, rel=1e-12)
+        for found, true in zip(scaled, exact, strict=True):
+            np.testing.assert_allclose(found, true, rtol=1e-9, atol=1e-10)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cospeech import segments, tables
 from cospeech.errors import UserError
-from cospeech.markov import semi
+from cospeech.markov import semi, semi_kernels
 
 FRAME_S = 0.025
 
@@ -404,3 +404,28 @@ def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
     model = semi.floored(random_model(np.random.default_rng(0), 2, 2, 3), 1e-6)
     phrases = segment_table(["g1"], [5])
     assert semi.path_score(semi.to_tables(model, FRAME_S), phrases, ["p1"] * 5) == -np.inf
+
+
+@pytest.mark.parametrize("censoring", ["none", "right"])
+def test_long_records_get_the_best_score_of_the_plain_recursion(censoring):
+    # Longer than the window of frames of which scores are kept.
+    rng = np.random.default_rng(21)
+    n_frames, n_bins = 2 * semi_kernels.SPAN + 77, 5
+    model = random_model(rng, 3, 4, n_bins, zeros=True)
+    codes = rng.integers(4, size=n_frames)
+    with np.errstate(divide="ignore"):
+        initial, transitions, durations = (
+            np.log(values) for values in (model.initial, model.transitions, model.durations)
+        )
+        closing = np.log(np.minimum(np.cumsum(model.durations[:, ::-1], axis=1)[:, ::-1], 1.0))
+    emitted = np.vstack([np.zeros(3), np.cumsum(np.log(model.emissions)[:, codes].T, axis=0)])
+    starting, ending = np.full((2, n_frames + 1, 3), -np.inf)
+    starting[0] = initial
+    for t in range(1, n_frames + 1):
+        lasting = closing if t == n_frames and censoring == "right" else durations
+        for k in range(1, min(n_bins, t) + 1):
+            ending[t] = np.maximum(ending[t], starting[t - k] + lasting[:, k - 1] + emitted[t] - emitted[t - k])
+        starting[t] = (ending[t][:, None] + transitions).max(axis=0)
+    path = semi.decode(model, np.array(model.symbols, dtype=object)[codes], censoring=censoring)
+    assert path.log_score == pytest.approx(ending[n_frames].max(), rel=1e-12)
+    assert np.diff(np.append(path.starts, n_frames)).max() <= n_bins

@@ -34,8 +34,8 @@ def test_both_sides_are_one_row_of_what_the_markers_tell():
     other = one.assign(share=one["share"] / 3)
     found = capture.observed([one, other])
     shown = {row[0]: row[1:] for row in page.observability_table(found).rows}
-    assert shown["chest"][:3] == ["50.0 %"] * 3
-    assert shown["arm"][1] == "50.0 %, elbow bent"
+    assert shown["chest"][:3] == ["50.0\N{NO-BREAK SPACE}%"] * 3
+    assert shown["arm"][1] == "50.0\N{NO-BREAK SPACE}%, elbow bent"
     assert shown["spine"][:3] == ["locked"] * 3
     assert len(shown) == len({joint.rpartition("_")[2] for joint in one["joint"]})
 

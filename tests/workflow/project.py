@@ -52,10 +52,14 @@ class Project:
         return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()} - {"all"}
 
     def artifacts(self) -> dict[str, bytes]:
-        """Return the bytes of every table, figure, body and film that the run made, by path."""
+        """Return the bytes of every table, figure, body and film that the run made, by path, but for its times."""
         kinds = {".parquet", ".svg", ".png", ".csv", ".html", ".bvh", ".wav", ".mp4", ".eaf", ".TextGrid"}
         found = [path for top in ("results", "reports") for path in sorted((self.folder / top).rglob("*"))]
-        return {str(path.relative_to(self.folder)): path.read_bytes() for path in found if path.suffix in kinds}
+        return {
+            str(path.relative_to(self.folder)): path.read_bytes()
+            for path in found
+            if path.suffix in kinds and path.stem not in {"seconds", "table-seconds"}
+        }
 
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:

@@ -61,7 +61,7 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
         (
             "evaluation/boundaries.py",
             {"record_scores", "session_scores", "differences", "leaderboard", "page"},
-            {"prosody_clusters", "hsmm", "hsmm_weighted", "motion", "comparison", "motion_statistics"},
+            {"prosody_clusters", "hsmm", "motion", "comparison", "motion_statistics"},
         ),
         (
             "animation/smoothing.py",
@@ -103,7 +103,7 @@ def test_a_changed_setting_reruns_only_its_readers(copy, tmp_path):
 def test_a_longer_sweep_leaves_the_main_setting_alone(copy, tmp_path):
     planned = copy.planned(config=config_with(tmp_path, sweep={"clusters": [4, 6, 8], "states": [3]}))
     assert {"sweep_clusters", "sweep_hsmm", "record_scores"} <= planned
-    assert planned & {"prosody", "prosody_clusters", "hsmm", "hsmm_weighted", "motion", "comparison"} == set()
+    assert planned & {"prosody", "prosody_clusters", "hsmm", "motion", "comparison"} == set()
 
 
 def recorded(finished, tmp_path, records):

@@ -48,6 +48,7 @@ def records_of_fold(wildcards):
     return records_of(actor_of(wildcards.record))
 
 
+# Printed and weighted decoding in one process, as a start costs more than either; they share the four tables.
 rule hsmm:
     input:
         gestures=training_gestures,
@@ -56,6 +57,8 @@ rule hsmm:
         **tables_of_model("hsmm", [MAIN]),
         phrases=[made_by("hsmm", "phrases")],
         decoding=[made_by("hsmm", "decoding")],
+        weighted_phrases=[made_by("hsmm_weighted", "phrases")],
+        weighted_decoding=[made_by("hsmm_weighted", "decoding")],
     log:
         f"{RESULTS}/logs/hsmm/{{record}}.log",
     benchmark:
@@ -63,12 +66,13 @@ rule hsmm:
     params:
         clusters=[MAIN.clusters],
         estimate=ESTIMATE,
+        weights=config["synthesis"]["emission_weights"],
         censoring=config["synthesis"]["censoring"],
         frame_s=config["speech"]["frame_s"],
         corpus=config["corpus"]["name"],
         code=code("synthesis/hsmm"),
     message:
-        "phrases of {wildcards.record} by the printed HSMM"
+        "phrases of {wildcards.record} by the HSMM, printed and weighted"
     script:
         "../../scripts/synthesis/hsmm.py"
 
@@ -83,98 +87,19 @@ if SWEEP:
             **tables_of_model("hsmm", SWEEP),
             phrases=[made_by("hsmm", "phrases", setting) for setting in SWEEP],
             decoding=[made_by("hsmm", "decoding", setting) for setting in SWEEP],
+            weighted_phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
+            weighted_decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
         log:
             f"{RESULTS}/logs/sweep_hsmm/{{record}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/sweep_hsmm/{{record}}.tsv"
         params:
             clusters=[setting.clusters for setting in SWEEP],
-            estimate=ESTIMATE,
-            censoring=config["synthesis"]["censoring"],
-            frame_s=config["speech"]["frame_s"],
-            corpus=config["corpus"]["name"],
-            code=code("synthesis/hsmm"),
         message:
-            f"phrases of {{wildcards.record}} by the printed HSMM at {len(SWEEP)} settings"
+            f"phrases of {{wildcards.record}} by the HSMM, printed and weighted, at {len(SWEEP)} settings"
 
 
-rule hsmm_weighted:
-    input:
-        **tables_of_model("hsmm", [MAIN]),
-        gestures=training_gestures,
-        prosody=[fold_prosody()],
-    output:
-        phrases=[made_by("hsmm_weighted", "phrases")],
-        decoding=[made_by("hsmm_weighted", "decoding")],
-    log:
-        f"{RESULTS}/logs/hsmm_weighted/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/hsmm_weighted/{{record}}.tsv"
-    params:
-        clusters=[MAIN.clusters],
-        estimate=ESTIMATE,
-        weights=config["synthesis"]["emission_weights"],
-        censoring=config["synthesis"]["censoring"],
-        frame_s=config["speech"]["frame_s"],
-        corpus=config["corpus"]["name"],
-        code=code("synthesis/hsmm_weighted"),
-    message:
-        "phrases of {wildcards.record} by the weighted HSMM"
-    script:
-        "../../scripts/synthesis/hsmm_weighted.py"
-
-
-if SWEEP:
-
-    use rule hsmm_weighted as sweep_hsmm_weighted with:
-        input:
-            **tables_of_model("hsmm", SWEEP),
-            gestures=training_gestures,
-            prosody=[fold_prosody(setting) for setting in SWEEP],
-        output:
-            phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
-            decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
-        log:
-            f"{RESULTS}/logs/sweep_hsmm_weighted/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/sweep_hsmm_weighted/{{record}}.tsv"
-        params:
-            clusters=[setting.clusters for setting in SWEEP],
-            estimate=ESTIMATE,
-            weights=config["synthesis"]["emission_weights"],
-            censoring=config["synthesis"]["censoring"],
-            frame_s=config["speech"]["frame_s"],
-            corpus=config["corpus"]["name"],
-            code=code("synthesis/hsmm_weighted"),
-        message:
-            f"phrases of {{wildcards.record}} by the weighted HSMM at {len(SWEEP)} settings"
-
-
-rule hsmm_sampled:
-    input:
-        **tables_of_model("hsmm"),
-        weighted=made_by("hsmm_weighted", "decoding"),
-        prosody=fold_prosody(),
-    output:
-        phrases=made_by("hsmm_sampled", "phrases"),
-        decoding=made_by("hsmm_sampled", "decoding"),
-    log:
-        f"{RESULTS}/logs/hsmm_sampled/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/hsmm_sampled/{{record}}.tsv"
-    params:
-        censoring=config["synthesis"]["censoring"],
-        seed=config["seed"],
-        frame_s=config["speech"]["frame_s"],
-        corpus=config["corpus"]["name"],
-        code=code("synthesis/hsmm_sampled"),
-    message:
-        "phrases of {wildcards.record} drawn from the HSMM"
-    script:
-        "../../scripts/synthesis/hsmm_sampled.py"
-
-
-# One process for all of a record, as each of them is less work than a start.
+# One process for all of a record, and for what is drawn from its HSMM, as each of them is less work than a start.
 rule controls:
     input:
         **tables_of_model("hsmm"),
@@ -182,14 +107,14 @@ rule controls:
         gestures=training_gestures,
         prosody=fold_prosody(),
     output:
-        phrases=[made_by(system, "phrases") for system in CONTROLS],
-        decoding=[made_by(system, "decoding") for system in CONTROLS],
+        phrases=[made_by(system, "phrases") for system in ["hsmm_sampled", *CONTROLS]],
+        decoding=[made_by(system, "decoding") for system in ["hsmm_sampled", *CONTROLS]],
     log:
         f"{RESULTS}/logs/controls/{{record}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/controls/{{record}}.tsv"
     params:
-        systems=CONTROLS,
+        systems=["hsmm_sampled", *CONTROLS],
         records=records_of_fold,
         shift_s=config["synthesis"]["shift_s"],
         censoring=config["synthesis"]["censoring"],
@@ -198,7 +123,7 @@ rule controls:
         corpus=config["corpus"]["name"],
         code=code("synthesis/controls"),
     message:
-        "phrases of {wildcards.record} under wrong speech, or none"
+        "phrases of {wildcards.record} drawn from the HSMM, under wrong speech, or under none"
     script:
         "../../scripts/synthesis/controls.py"
 

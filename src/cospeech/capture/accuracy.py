@@ -1,7 +1,7 @@
 """How far what capture found lies from what the virtual studio planted: the rows of the table ``capture_scores``.
 
-A found world stands where the facts of its calibration put it. So the rigid movement to the planted world is taken once
-for a rig, from the laser's spots; it is told by itself, and set aside wherever something in space is compared.
+A found world stands where the facts of its calibration put it. So the rigid movement to the planted world is taken
+once for a rig, from the laser's spots; it is told by itself, and set aside wherever something in space is compared.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def tracking(
 
     there = trajectories.to_array(true_world, markers.NAMES)
     here = movement.points(trajectories.to_array(world, markers.NAMES))
-    status = world.set_index(["frame", "marker"])["status"].unstack()[list(markers.NAMES)].to_numpy()  # noqa: PD010
+    status = _status(world)
     seen, lost = np.isin(status, SEEN), status == "lost"
     off = np.linalg.norm(here - there, axis=2)
     nearest = np.linalg.norm(here[:, :, None] - there[:, None], axis=3).argmin(axis=2)
@@ -167,7 +167,7 @@ def angles(
     model: BodyModel,
     movement: Movement,
 ) -> Rows:
-    """Return the rows of the joint angles of one record, in frames in which their markers are not lost.
+    """Return the rows of the joint angles of one record, in frames in which their markers are seen.
 
     Both arms are taken together.
 
@@ -180,7 +180,7 @@ def angles(
     turned = movement.turns(_chain(motion)[0])
     true, true_places = _chain(true_motion)
     there = trajectories.to_array(true_world, markers.NAMES)
-    known = ~np.isnan(trajectories.to_array(world, markers.NAMES)[..., 0])
+    known = np.isin(_status(world), SEEN)
     off: dict[str, list[Floats]] = {"upper_arm_deg": [], "elbow_hand_deg": [], "axial_deg": []}
     for side in ("left", "right"):
         upper, fore = (skeleton.JOINTS.index(f"{side}_{part}") for part in ("arm", "forearm"))
@@ -198,6 +198,12 @@ def angles(
         for name, joint in (("thorax", skeleton.JOINTS.index("chest")), ("head", skeleton.JOINTS.index("head")))
     } | {quantity: np.concatenate(sides) for quantity, sides in off.items()}
     return _rows({quantity: (rms(values), len(values)) for quantity, values in found.items()})
+
+
+def _status(world: pd.DataFrame) -> npt.NDArray[np.object_]:
+    """Return how each marker's place (T, M) came to be."""
+    table = world.set_index(["frame", "marker"])["status"].unstack()  # noqa: PD010
+    return table[list(markers.NAMES)].to_numpy(dtype=object)
 
 
 def _chain(motion: pd.DataFrame) -> tuple[Floats, Floats]:

@@ -21,6 +21,8 @@ Integers = npt.NDArray[np.int64]
 
 Facts = Sequence[Mapping[str, Any]]
 
+FACING = np.diag([1.0, -1.0, -1.0])
+"""From the axes of a camera, y down and z away from it, to those of someone who faces it."""
 LEAST_ACROSS = 0.05
 """Smallest width of the triangle of stated places, relative to its length, that fixes a rotation."""
 LEAST_SEEN = 5
@@ -61,7 +63,7 @@ def stated(cameras: Sequence[Camera], facts: Facts, points: Floats, frames: Inte
     ----------
     facts : of one kind: at least three marks on which the spot rested (``from_frame``, ``to_frame``, both included,
         and ``place_m``) or places of cameras (``camera``, ``place_m``), not on a line; or one distance of two cameras
-        (``between``, ``distance_m``), which gives the metre and leaves the axes those of the first camera.
+        (``between``, ``distance_m``), which gives the metre, with the axes ``before`` the first camera.
     points, frames : where the spot was found (N, 3), NaN where no two cameras agree, and in which frames (N,).
 
     Raises
@@ -81,15 +83,24 @@ def stated(cameras: Sequence[Camera], facts: Facts, points: Floats, frames: Inte
     )
 
 
+def before(camera: Camera, scale: float = 1.0) -> Similarity:
+    """Return the change to the axes of someone who faces the camera: x to its right, y up in its picture, z to it.
+
+    The camera is the origin.
+    """
+    rotation = FACING @ camera.rotation
+    return Similarity(scale, rotation, scale * FACING @ np.array(camera.shift_m))
+
+
 def by_distance(cameras: Sequence[Camera], fact: Mapping[str, Any]) -> Similarity:
-    """Return the change of unit that puts two named cameras the stated distance apart.
+    """Return the change that puts two named cameras the stated distance apart, in the axes ``before`` the first one.
 
     Raises
     ------
     UserError : where there is no such camera.
     """
     first, second = _places(cameras, fact["between"])
-    return Similarity(fact["distance_m"] / float(np.linalg.norm(first - second)), np.eye(3), np.zeros(3))
+    return before(cameras[0], fact["distance_m"] / float(np.linalg.norm(first - second)))
 
 
 def by_places(cameras: Sequence[Camera], facts: Facts) -> Similarity:

@@ -1,8 +1,8 @@
 """Calibration from films of a ChArUco board, which brings its own metre.
 
 Each camera is calibrated inside from the board's corners (Z. Zhang, A flexible new technique for camera calibration,
-PAMI 2000), cameras are joined over the boards that two of them saw at the same time, and the whole is refined by the
-same bundle adjustment as a self-calibration.
+PAMI 2000), cameras are joined over the boards that two of them saw at the same time, and the poses of cameras and
+boards are adjusted together, each board rigid.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from cospeech.capture import axes
+from cospeech.capture import axes, bundle, rounds
 from cospeech.capture.camera import Camera
-from cospeech.capture.rounds import rounds
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
@@ -34,12 +33,10 @@ LEAST_BOARDS = 8
 """Fewest boards that determine the inside of a camera."""
 LEAST_SHARED = 4
 """Fewest boards that join two cameras."""
-LEAST_HELD = 40
-"""Fewest corners of boards held still that a camera shares."""
+LEAST_AGREEING = 40
+"""Fewest corners in which a camera agrees with others."""
 WIDE = 0.005
 """First outlier threshold, relative to the picture's diagonal."""
-STILL = 0.01
-"""How far a board may move between two pictures to join cameras, relative to the picture's diagonal."""
 FEW = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 """Square pixels, k1 and k2: what boards in a part of the picture determine."""
 
@@ -123,20 +120,22 @@ def observations(board: Board, table: pd.DataFrame, names: Sequence[str]) -> Flo
     return corners
 
 
-def lying(board: Board, corners_m: Floats, facts: Sequence[Mapping[str, int]]) -> axes.Similarity:
+def lying(
+    board: Board, cameras: Sequence[Camera], corners_m: Floats, facts: Sequence[Mapping[str, int]]
+) -> axes.Similarity:
     """Return the change to axes in which the board lies face up at the origin, columns to the left and rows ahead.
 
     Parameters
     ----------
-    corners_m : (T K, 3) from ``calibrate``.
-    facts : the ``origin_frame`` in which it lies so; none leaves the axes those of the first camera.
+    cameras, corners_m : from ``calibrate``, the corners (T K, 3).
+    facts : the ``origin_frame`` in which it lies so; without it the axes are those of ``axes.before``.
 
     Raises
     ------
     UserError : where the board is not found in that frame.
     """
     if not facts:
-        return axes.Similarity(1.0, np.eye(3), np.zeros(3))
+        return axes.before(cameras[0])
     frame = facts[0]["origin_frame"]
     found = corners_m.reshape(-1, len(board.corners_m), 3)
     found = found[frame] if frame < len(found) else np.empty((0, 3))
@@ -155,7 +154,7 @@ def calibrate(
     sizes_px: Sequence[tuple[int, int]],
     insides: Sequence[Camera] | None = None,
 ) -> tuple[list[Camera], Floats, Mask]:
-    """Return the cameras in metres, in the frame of the first, the corners (T K, 3) and what was used (C, T K).
+    """Return the cameras in metres, near the frame of the first, the corners (T K, 3) and what was used (C, T K).
 
     Parameters
     ----------
@@ -170,19 +169,14 @@ def calibrate(
         insides = [inside(board, *own) for own in zip(names, sizes_px, corners, strict=True)]
     poses = np.array([_poses(board, camera, own) for camera, own in zip(insides, corners, strict=True)])
     cameras = _join(insides, poses)
-    diagonal = float(np.hypot(*np.max(np.array(sizes_px), axis=0)))
-    held = np.where(_still(corners, STILL * diagonal)[:, :, None, None], corners, np.nan)
-    observations = held.reshape(len(names), -1, 2)
-    seen = ~np.isnan(observations[..., 0])
-    for name, shared in zip(names, (seen & (seen.sum(axis=0) >= 2)).sum(axis=1), strict=True):
-        if shared < LEAST_HELD:
+    cameras, boards, used = _fit(board, cameras, _places(cameras, poses, corners), corners)
+    for name, agreeing in zip(names, used.sum(axis=(1, 2)), strict=True):
+        if agreeing < LEAST_AGREEING:
             raise UserError(
-                f"calibration: {shared} corners of boards held still join camera {name} to another, at least "
-                f"{LEAST_HELD} are needed; film the board again, and move it slowly"
+                f"calibration: {agreeing} corners of camera {name} agree with the other cameras, at least "
+                f"{LEAST_AGREEING} are needed; start the films together, and move the board slowly"
             )
-    cameras, points, used = rounds(cameras, observations, WIDE * diagonal, free=())
-    change = _metre(board, points)
-    return change.cameras(cameras), change.points(points), used
+    return cameras, _corners(board, boards).reshape(-1, 3), used.reshape(len(names), -1)
 
 
 def inside(board: Board, name: str, size_px: tuple[int, int], corners: Floats) -> Camera:
@@ -224,19 +218,6 @@ def _poses(board: Board, camera: Camera, corners: Floats) -> Floats:
     return poses
 
 
-def _still(corners: Floats, limit_px: float) -> Mask:
-    """Return in which pictures (C, T) the board moved less than ``limit_px`` since the one before or to the next.
-
-    Cameras that are not exactly in step see a moving board in different places.
-    """
-    steps = np.linalg.norm(np.diff(corners, axis=1), axis=-1)
-    both = ~np.isnan(steps)
-    moved = np.where(both, steps, 0.0).sum(axis=2) / np.maximum(both.sum(axis=2), 1)
-    moved[~both.any(axis=2)] = np.inf
-    edge = np.full((len(corners), 1), np.inf)
-    return np.minimum(np.hstack([edge, moved]), np.hstack([moved, edge])) < limit_px
-
-
 def _join(cameras: Sequence[Camera], poses: Floats) -> list[Camera]:
     """Return the cameras in the frame of the first, joined where most boards are shared, from poses (C, T, 4, 4)."""
     seen = ~np.isnan(poses[..., 0, 0])
@@ -269,12 +250,38 @@ def _middle(steps: Floats) -> Floats:
     return steps[int(np.argmin(turned + moved))]
 
 
-def _metre(board: Board, points: Floats) -> axes.Similarity:
-    """Return the change of unit under which the corners (T K, 3) are as far apart as on the board."""
-    found = points.reshape(-1, len(board.corners_m), 3)
-    first, second = np.triu_indices(found.shape[1], 1)
-    apart = np.linalg.norm(found[:, first] - found[:, second], axis=2)
-    wanted = np.linalg.norm(board.corners_m[first] - board.corners_m[second], axis=1)
-    both = ~np.isnan(apart)
-    scale = float((np.where(both, apart, 0.0) * wanted).sum() / (apart[both] ** 2).sum())
-    return axes.Similarity(scale, np.eye(3), np.zeros(3))
+def _places(cameras: Sequence[Camera], poses: Floats, corners: Floats) -> Floats:
+    """Return where the boards are in the world (T, 3, 4), as the camera says that saw most corners of each."""
+    n_seen = np.where(np.isnan(poses[..., 0, 0]), 0, (~np.isnan(corners[..., 0])).sum(axis=2))
+    boards = np.full((corners.shape[1], 3, 4), np.nan)
+    for b in np.flatnonzero(n_seen.any(axis=0)):
+        best = int(np.argmax(n_seen[:, b]))
+        boards[b] = (np.linalg.inv(np.vstack([cameras[best].pose, [0, 0, 0, 1]])) @ poses[best, b])[:3]
+    return boards
+
+
+def _corners(board: Board, boards: Floats) -> Floats:
+    """Return the corners (T, K, 3) of boards (T, 3, 4) in the world."""
+    return np.einsum("tij,kj->tki", boards[:, :, :3], board.corners_m) + boards[:, None, :, 3]
+
+
+def _fit(
+    board: Board, cameras: Sequence[Camera], boards: Floats, corners: Floats
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return cameras, boards (T, 3, 4) and used corners (C, T, K) that fit best, in rounds as ``rounds.rounds``.
+
+    A board stays rigid, of its stated size: six numbers for each, whatever it shows of itself. Views from which
+    cameras out of step saw a moving board disagree, and are left out like other outliers.
+    """
+    rig = bundle.from_cameras(cameras)
+    threshold = WIDE * max(float(np.hypot(*camera.size_px)) for camera in cameras)
+    for _ in range(rounds.ROUNDS):
+        flat = corners.reshape(len(cameras), -1, 2)
+        distances = bundle.residuals(rig, _corners(board, boards).reshape(-1, 3), flat).reshape(corners.shape[:3])
+        used = distances < threshold
+        used &= (used.sum(axis=2) >= LEAST_CORNERS)[:, :, None]
+        used &= (used.any(axis=2).sum(axis=0) >= 2)[:, None]
+        rig, boards = bundle.adjust_bodies(rig, boards, board.corners_m, corners, used, free=())
+        taken = len(bundle.POSE) * (int(used.any(axis=(0, 2)).sum()) + len(cameras))
+        threshold = min(threshold, rounds.OUTLYING * rounds.noise(distances[used], taken))
+    return bundle.to_cameras(rig, cameras), boards, used

@@ -169,13 +169,14 @@ def _eliminate(
     right = np.zeros((n_views, n_free))
     inverses = np.empty((n_points, n_own, n_own))
     gradients = np.zeros((n_points, n_own))
-    mixed = np.empty((len(views), n_free, n_own))
     for n in range(n_points):
         block = np.zeros((n_own, n_own))
+        mixed, seen = np.zeros((n_views, n_free, n_own)), np.zeros(n_views, dtype=np.bool_)
         for m in range(starts[n], starts[n + 1]):
             block += by_point[m].T @ by_point[m]
             gradients[n] += by_point[m].T @ residuals[m]
-            mixed[m] = by_camera[m].T @ by_point[m]
+            mixed[views[m]] += by_camera[m].T @ by_point[m]
+            seen[views[m]] = True
         for k in range(n_own):
             block[k, k] *= 1.0 + damping
             block[k, k] += 1e-12
@@ -185,10 +186,12 @@ def _eliminate(
             own = by_camera[m].T @ by_camera[m]
             matrix[c, :, c, :] += own
             diagonal[c] += np.diag(own)
-            weighted = mixed[m] @ inverses[n]
-            right[c] += by_camera[m].T @ residuals[m] - weighted @ gradients[n]
-            for other in range(starts[n], starts[n + 1]):
-                matrix[c, :, views[other], :] -= weighted @ mixed[other].T
+            right[c] += by_camera[m].T @ residuals[m]
+        for c in np.flatnonzero(seen):
+            weighted = mixed[c] @ inverses[n]
+            right[c] -= weighted @ gradients[n]
+            for other in np.flatnonzero(seen):
+                matrix[c, :, other, :] -= weighted @ mixed[other].T
     size = n_views * n_free
     return matrix.reshape(size, size), diagonal.reshape(size), right.reshape(size), inverses, gradients
 

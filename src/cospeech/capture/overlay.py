@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 from PIL import Image as Pillow
 
-from cospeech import canvas, films
+from cospeech import canvas, films, trajectories
 from cospeech.canvas import Colour, Image, Opacity
 from cospeech.capture.camera import Camera, project
 from cospeech.capture.footage import Film
@@ -70,9 +70,8 @@ def as_arrays(views: pd.DataFrame, cameras: Sequence[Camera]) -> tuple[Floats, n
     order = pd.MultiIndex.from_product([range(n_frames), names, NAMES], names=["frame", "camera", "marker"])
     held = nearest_known(views).set_index(["frame", "camera", "marker"]).reindex(order)
     shape = (n_frames, len(names), len(NAMES))
-    return held[["x_px", "y_px"]].to_numpy(dtype=float).reshape(*shape, 2), held["status"].to_numpy(
-        dtype=object
-    ).reshape(shape)
+    places = held[["x_px", "y_px"]].to_numpy(dtype=float).reshape(*shape, 2)
+    return places, held["status"].to_numpy(dtype=object).reshape(shape)
 
 
 def mosaic(
@@ -144,47 +143,33 @@ def moments(
     views, world : the tables ``markers_2d`` and ``markers_3d``.
     """
     places, status = as_arrays(views, cameras)
+    points = world.set_index(["frame", "marker"])[trajectories.AXES]
     shots = [films.stills(take.path, set(table["frame"] + take.first)) for take in takes]
     drawn = []
-    for _, rows in table.groupby("moment"):
-        frame, marker = int(rows["frame"].iloc[0]), str(rows["marker"].iloc[0])
-        point = world[(world["frame"] == frame) & (world["marker"] == marker)][["x_m", "y_m", "z_m"]].to_numpy(
-            dtype=float
-        )[0]
-        crops = [
-            _crop(
-                shots[view][frame + takes[view].first],
-                places[frame, view],
-                status[frame, view],
-                NAMES.index(marker),
-                project(camera, point),
-                camera.name,
-            )
-            for view, camera in enumerate(cameras)
-        ]
+    for _, moment in table.drop_duplicates("moment").iterrows():
+        frame, marker = moment["frame"], NAMES.index(moment["marker"])
+        point = points.loc[(frame, moment["marker"])].to_numpy(dtype=float)
+        crops = []
+        for view, camera in enumerate(cameras):
+            known = places[frame, view], status[frame, view]
+            crops.append(_crop(shots[view][frame + takes[view].first], *known, marker, project(camera, point)))
+            canvas.write(crops[-1], f"{camera.name} {status[frame, view, marker]}", 6, 8, 12, PALE, bold=True)
         drawn.append(np.hstack(crops))
     return drawn
 
 
-def _crop(
-    picture: Image, places: Floats, status: npt.NDArray[np.object_], marker: int, projected: Floats, name: str
-) -> Image:
+def _crop(picture: Image, places: Floats, status: npt.NDArray[np.object_], marker: int, projected: Floats) -> Image:
+    """Return the surroundings of a marker in one view; ``projected`` (2,) is where the marker in space is seen."""
+    if not np.isfinite(places[marker]).all():
+        return np.full((CROP_PX, CROP_PX, 3), GROUND, dtype=np.uint8)
     side = round(CROP_SHARE * picture.shape[1])
-    plate = np.full((CROP_PX, CROP_PX, 3), GROUND, dtype=np.uint8)
-    centre = places[marker]
-    if np.isfinite(centre).all():
-        left, top = (round(float(value)) - side // 2 for value in centre)
-        framed = np.zeros((side, side, 3), dtype=np.uint8)
-        height, width = picture.shape[:2]
-        rows, columns = slice(max(top, 0), min(top + side, height)), slice(max(left, 0), min(left + side, width))
-        part = picture[rows, columns]
-        framed[rows.start - top :, columns.start - left :][: part.shape[0], : part.shape[1]] = part
-        plate[:] = np.asarray(Pillow.fromarray(framed).resize((CROP_PX, CROP_PX), Pillow.Resampling.BICUBIC))
-        scale = CROP_PX / side
-        for index, (place, how) in enumerate(zip(places, status, strict=True)):
-            shape = ring(17.0, 3.0) if index == marker else ring(15.0, 1.0)
-            stamp(plate, (place - (left, top) + 0.5) * scale - 0.5, shape, COLOURS[how])
-        stamp(plate, (projected - (left, top) + 0.5) * scale - 0.5, cross(6), (255, 255, 255))
-    canvas.write(plate, f"{name} {status[marker]}", 6, 8, 12, PALE, bold=True)
+    left, top = corner = np.rint(places[marker]).astype(int) - side // 2
+    near = np.full((side, side, 3), GROUND, dtype=np.uint8)
+    canvas.lay(near, -top, -left, picture, np.ones(picture.shape[:2], dtype=np.float32))
+    places, projected = ((at - corner + 0.5) * CROP_PX / side - 0.5 for at in (places, projected))
+    plate = np.array(Pillow.fromarray(near).resize((CROP_PX, CROP_PX), Pillow.Resampling.BICUBIC))
+    for index, (place, how) in enumerate(zip(places, status, strict=True)):
+        stamp(plate, place, ring(17.0, 3.0) if index == marker else ring(15.0, 1.0), COLOURS[how])
+    stamp(plate, projected, cross(6), (255, 255, 255))
     plate[:, -2:] = 255
     return plate

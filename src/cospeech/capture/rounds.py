@@ -19,8 +19,8 @@ CENTRE_DOUBT = 0.015
 LENS_DOUBT = 0.3
 """Standard deviation of k1 and k2."""
 
-FINEST_PX = 0.02
-"""Least outlier threshold: no real picture is measured better."""
+FINEST_PX = 0.005
+"""Least noise: no real picture is measured better."""
 
 ROUNDS = 6
 
@@ -86,18 +86,20 @@ def rounds(
 ) -> tuple[list[Camera], Floats, Mask]:
     """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
 
-    The threshold starts at ``threshold_px`` and follows the noise, see ``_noise``.
+    The threshold starts at ``threshold_px`` and follows the ``noise``.
     """
     for _ in range(ROUNDS):
         cameras, points, used = adjust(cameras, observations, threshold_px, free=free)
-        noise = _noise(cameras, points, observations, used, n_free=len(free) + len(bundle.POSE))
-        threshold_px = min(threshold_px, max(OUTLYING * noise, FINEST_PX))
+        distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
+        taken = 3 * int(used.any(axis=0).sum()) + (len(free) + len(bundle.POSE)) * len(cameras)
+        threshold_px = min(threshold_px, OUTLYING * noise(distances[used], taken))
     return adjust(cameras, observations, threshold_px, free=free)
 
 
-def _noise(cameras: Sequence[Camera], points: Floats, observations: Floats, used: Mask, n_free: int) -> float:
-    """Return the noise in pixels that the median distance tells, given back what points and cameras took of it."""
-    distances = bundle.residuals(bundle.from_cameras(cameras), points, observations)
-    told = 2 * int(used.sum())
-    taken = 3 * int(used.any(axis=0).sum()) + n_free * len(cameras)
-    return float(np.median(distances[used])) / MEDIAN * np.sqrt(told / max(told - taken, 0.05 * told))
+def noise(distances: Floats, taken: int) -> float:
+    """Return the noise in pixels on an axis that the median of distances (n,) tells, and ``FINEST_PX`` at least.
+
+    ``taken`` is how many numbers were fitted, which take some of the noise away.
+    """
+    told = 2 * len(distances)
+    return max(float(np.median(distances)) / MEDIAN * np.sqrt(told / max(told - taken, 0.05 * told)), FINEST_PX)

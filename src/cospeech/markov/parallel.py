@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cospeech.errors import UserError
 from cospeech.markov import parallel_exact, parallel_scaled, parallel_viterbi
-from cospeech.markov.parallel_density import CHUNK
+from cospeech.markov.lanes import LANES
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER
 
 __all__ = ["FREE", "MUST", "NEVER", "Clamp", "Counts", "ParallelHMM", "Path"]
@@ -98,7 +98,7 @@ def _by_branch(values: Floats, n_branches: int) -> Floats:
 
 
 class Packed(NamedTuple):
-    """The parameters as the kernels take them: state s = n * M + m is place n of branch m; densities in log2."""
+    """The parameters as kernels take them: state s = n * M + m is place n of branch m; densities in log2."""
 
     entry: Floats
     stay: Floats
@@ -110,14 +110,12 @@ class Packed(NamedTuple):
 
 
 def _packed(model: ParallelHMM) -> Packed:
-    n_features = model.mean.shape[-1]
-    pivot = model.mean.reshape(-1, n_features).mean(axis=0)
+    pivot = model.mean.reshape(-1, model.mean.shape[-1]).mean(axis=0)
     variance, stay = _flat(model.variance), _flat(model.stay)
     weight = np.sqrt(0.5 / np.log(2.0) / variance)
     shift = (_flat(model.mean) - pivot) * weight
-    padding = ((0, 0), (0, -n_features % CHUNK))
     constant = -0.5 * np.log2(2 * np.pi * variance).sum(axis=1)
-    return Packed(model.entry, stay, 1.0 - stay, np.pad(weight, padding), np.pad(shift, padding), constant, pivot)
+    return Packed(model.entry, stay, 1.0 - stay, weight, shift, constant, pivot)
 
 
 def _in_logs(packed: Packed, base: float) -> Packed:
@@ -125,6 +123,31 @@ def _in_logs(packed: Packed, base: float) -> Packed:
     with np.errstate(divide="ignore"):
         entry, stay, leave = (np.log(values) / np.log(base) for values in packed[:3])
     return packed._replace(entry=entry, stay=stay, leave=leave)
+
+
+def _in_lanes(packed: Packed) -> Packed:
+    """Return the parameters with states in vectors; the branches that fill the last vector up are never seen."""
+    n_branches = len(packed.entry)
+    stay, leave, weight, shift = (_vectors(values, n_branches, 0.0) for values in packed[1:5])
+    constant = _vectors(packed.constant, n_branches, -np.inf)
+    return Packed(_vectors(packed.entry, n_branches, 0.0)[0], stay, leave, weight, shift, constant, packed.pivot)
+
+
+def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
+    """Return (N * M,) or (N * M, D) as (N, G, LANES) or (N, G, D, LANES)."""
+    by_place = values.reshape(-1, n_branches, *values.shape[1:])
+    n_groups = -(-n_branches // LANES)
+    filled = np.full((len(by_place), n_groups * LANES, *values.shape[1:]), missing)
+    filled[:, :n_branches] = by_place
+    grouped = filled.reshape(len(by_place), n_groups, LANES, *values.shape[1:])
+    return np.ascontiguousarray(grouped.swapaxes(2, -1))
+
+
+def _states(vectors: Floats, n_branches: int) -> Floats:
+    """Return what ``_vectors`` was given."""
+    rest = vectors.shape[2:-1]
+    by_place = vectors.swapaxes(2, -1).reshape(len(vectors), -1, *rest)
+    return by_place[:, :n_branches].reshape(-1, *rest)
 
 
 def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
@@ -161,15 +184,34 @@ def _sum(one: Counts, other: Counts) -> Counts:
 
 def _expect_one(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
     """Return the expected counts of one sequence: in scaled probabilities or, if these are unsure, in logarithms."""
+    counts = _expect_scaled(packed, frames, clamp)
+    return counts if np.isfinite(counts.log_likelihood) else _expect_exact(packed, frames, clamp)
+
+
+def _expect_scaled(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
+    n_branches, n_features = len(packed.entry), len(packed.pivot)
+    given = _in_lanes(packed)
+    entered, final = np.zeros_like(given.entry), np.zeros_like(given.stay)
+    moments = np.zeros((*final.shape[:2], 1 + 2 * n_features, LANES))
+    found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final)
+    begun = _states(entered[None], n_branches)
+    sums = _states(moments, n_branches).T
+    # What enters a branch goes through it place by place, but for what the end of the sequence finds on its way.
+    ended = np.cumsum(_states(final, n_branches).reshape(-1, n_branches), axis=0)
+    left = np.maximum(begun - ended, 0.0)
+    arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
+    occupied, first, second = sums[0], sums[1 : 1 + n_features], sums[1 + n_features :]
+    stayed = np.maximum(occupied - arrived, 0.0)
+    return Counts(found * np.log(2.0), begun, occupied, stayed, left.ravel(), first, second, packed.pivot)
+
+
+def _expect_exact(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
     n_branches, n_states, n_features = len(packed.entry), len(packed.stay), len(packed.pivot)
-    for kernel, given in ((parallel_scaled.expect, packed), (parallel_exact.expect, _in_logs(packed, np.e))):
-        counts = (
-            np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
-            np.zeros((n_features, n_states)), np.zeros((n_features, n_states)),
-        )  # fmt: skip
-        found = kernel(frames, *clamp, *given, *counts)
-        if not np.isnan(found):
-            break
+    counts = (
+        np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
+        np.zeros((n_features, n_states)), np.zeros((n_features, n_states)),
+    )  # fmt: skip
+    found = parallel_exact.expect(frames, *clamp, *_in_logs(packed, np.e), *counts)
     return Counts(found * np.log(2.0), *counts, packed.pivot)
 
 
@@ -244,7 +286,7 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
     """
     allowed, cuts = clamp or unclamped(len(model.entry))
     branch, begins = np.empty(len(frames), dtype=np.int64), np.empty(len(frames), dtype=bool)
-    packed = _in_logs(_packed(model), 2.0)
+    packed = _in_lanes(_in_logs(_packed(model), 2.0))
     score = parallel_viterbi.decode(frames, allowed, cuts, *packed, branch, begins) * np.log(2.0)
     if score == -np.inf:
         raise UserError(f"a sequence of {len(frames)} frames: no path through the model keeps its clamps")

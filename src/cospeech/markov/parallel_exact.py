@@ -1,7 +1,6 @@
 """Compiled expectation of the parallel HMM in logarithms: exact whatever the range of the densities, and slow.
 
-The way out where ``parallel_scaled`` is not sure; its conventions and arguments hold here too, but that
-``entry``, ``stay`` and ``leave`` are natural logarithms.
+The way out where ``parallel_scaled`` is not sure, state by state and without vectors.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import math
 import numba
 import numpy as np
 
-from cospeech.markov.parallel_density import BLOCK, Bool, Float, copy
+from cospeech.markov.parallel_density import BLOCK, Bool, Float
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 
 IMPOSSIBLE = -math.inf
@@ -37,6 +36,13 @@ def log_sum(a: Float, b: Float) -> float:
     for i in range(len(a)):
         total += math.exp(a[i] + b[i] - high)
     return high + math.log(total)
+
+
+@numba.njit(cache=True)
+def _copy(source: Float, target: Float) -> None:
+    """Copy a vector; an assignment of arrays would bring its error messages along, which compile for seconds."""
+    for i in range(len(source)):
+        target[i] = source[i]
 
 
 @numba.njit(cache=True)
@@ -98,7 +104,18 @@ def expect(
     weight: Float, shift: Float, constant: Float, pivot: Float,
     entered: Float, occupied: Float, stayed: Float, left: Float, first: Float, second: Float,
 ) -> float:  # fmt: skip
-    """Return the log2-likelihood of one sequence and fill its expected counts, as ``parallel_scaled.expect`` does."""
+    """Return the log2-likelihood of one sequence and fill its expected counts, all zero so far.
+
+    Parameters
+    ----------
+    frames, allowed, cuts, pivot : see ``parallel_scaled.expect``.
+    entry, stay, leave : (M,), (S,), (S,) natural logarithms of probabilities; state s = n * M + m is place n of
+        branch m.
+    weight, shift, constant : (S, D), (S, D), (S,) as there.
+    entered : (M,) expected segments of each branch.
+    occupied, stayed, left : (S,) expected frames in each state, transitions to itself and away from it.
+    first, second : (D, S) sums of the features less ``pivot``, and of their squares, over the state's frames.
+    """
     n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
     clamped = len(allowed) > 0
     anything = np.ones(0, np.bool_)
@@ -109,7 +126,7 @@ def expect(
     likelihood = 0.0
     for t in range(n_frames):
         if t % BLOCK == 0:
-            copy(alpha, checkpoints[t // BLOCK])
+            _copy(alpha, checkpoints[t // BLOCK])
         may = allowed[t] if clamped else anything
         log_densities(frames[t], may, weight, shift, constant, pivot, densities[0])
         cut = cuts[t] if len(cuts) > 0 else FREE
@@ -122,7 +139,7 @@ def expect(
     beta, follow = np.zeros(n_states), np.empty(n_states)
     for j in range(len(checkpoints) - 1, -1, -1):
         start, end = j * BLOCK, min((j + 1) * BLOCK, n_frames)
-        copy(checkpoints[j], alphas[0])
+        _copy(checkpoints[j], alphas[0])
         for t in range(start, end):
             k = t - start
             may = allowed[t] if clamped else anything

@@ -13,7 +13,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.markov.parallel_density import BLOCK, PITCH, Bool, Float, copy, load, log_densities, turn
+from cospeech.markov.lanes import LANES, each, first_lane, greater, greatest, put, take, where_greater
+from cospeech.markov.parallel_density import BLOCK, Bool, Float, bar, load, log_densities
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 
 Int = npt.NDArray[np.int64]
@@ -22,24 +23,62 @@ IMPOSSIBLE = -math.inf
 
 
 @numba.njit(cache=True)
-def _advance(
-    before: Float, since: Int, density: Float, stay: Float, come: Float, after: Float, after_since: Int
-) -> None:
-    """Fill the states of ``after`` and ``after_since`` from the frame before; on a tie a path stays where it is.
+def _place(values: Float, value: float) -> int:
+    """Return where ``value`` first stands in the array ``values`` of vectors, 0 where nowhere."""
+    for v in range(len(values)):
+        lane = first_lane(take(values, (v,)), value)
+        if lane < LANES:
+            return v * LANES + lane
+    return 0
 
-    Rows are (M + S,): the first M places stand before the first states and hold what comes to them from the node.
+
+@numba.njit(cache=True)
+def _advance(
+    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float, node: float,
+    score: Float, since: Float, exits: Int,
+) -> float:  # fmt: skip
+    """Take ``score`` and ``since`` (N, G, LANES) through a block of n frames; on a tie a path stays where it is.
+
+    Fills ``exits`` (T,) with the branch that is best left after each frame, and when it was entered.
+
+    Parameters
+    ----------
+    node : what the shared node before the block is worth.
+
+    Returns
+    -------
+    What the one behind it is worth.
     """
-    n_branches = len(before) - len(stay)
-    states, to = before[n_branches:], after[n_branches:]
-    states_since, to_since = since[n_branches:], after_since[n_branches:]
-    for s in range(len(stay)):
-        kept, moved = states[s] + stay[s], before[s] + come[s]
-        to[s] = (moved if moved > kept else kept) + density[s]
-    # The same comparison again, with both values read before it: so two short loops become vector code.
-    for s in range(len(stay)):
-        own, new = states_since[s], since[s]
-        kept, moved = states[s] + stay[s], before[s] + come[s]
-        to_since[s] = new if moved > kept else own
+    n_places, n_groups = stay.shape[:2]
+    leaving = np.empty((n_groups, LANES))
+    last = since[n_places - 1]
+    for k in range(n):
+        t = start + k
+        cut = cuts[t] if len(cuts) > 0 and t > 0 else FREE
+        if cut == MUST:
+            score[:] = IMPOSSIBLE
+        if cut == NEVER:
+            node = IMPOSSIBLE
+        best = each(IMPOSSIBLE)
+        for g in range(n_groups):
+            # From the last place to the first, which asks for the node: so its maximum is ready when it is needed.
+            here, own = take(score, (n_places - 1, g)), take(since, (n_places - 1, g))
+            for p in range(n_places - 1, 0, -1):
+                earlier, entered = take(score, (p - 1, g)), take(since, (p - 1, g))
+                kept, moved = here + take(stay, (p, g)), earlier + take(leave, (p - 1, g))
+                put(score, (p, g), greater(moved, kept) + take(density, (k, p, g)))
+                put(since, (p, g), where_greater(moved, kept, entered, own))
+                here, own = earlier, entered
+            kept, moved = here + take(stay, (0, g)), node + take(entry, (g,))
+            put(score, (0, g), greater(moved, kept) + take(density, (k, 0, g)))
+            put(since, (0, g), where_greater(moved, kept, each(float(t)), own))
+            value = take(score, (n_places - 1, g)) + take(leave, (n_places - 1, g))
+            put(leaving, (g,), value)
+            best = greater(value, best)
+        node = greatest(best)
+        left = _place(leaving, node)
+        exits[t] = int(last[left // LANES, left % LANES]) * (n_groups * LANES) + left
+    return node
 
 
 @numba.njit(cache=True)
@@ -47,47 +86,30 @@ def decode(
     frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
     weight: Float, shift: Float, constant: Float, pivot: Float, branch: Int, begins: Bool,
 ) -> float:  # fmt: skip
-    """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score."""
-    n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
-    block, rows, top = np.zeros((weight.shape[1], BLOCK)), np.empty((n_states, PITCH)), np.empty(BLOCK)
-    density, come = np.empty((BLOCK, n_states)), np.zeros(n_states)
-    copy(leave[: n_states - n_branches], come[n_branches:])
-    last = leave[n_states - n_branches :]
-    before, after = np.full(n_branches + n_states, IMPOSSIBLE), np.empty(n_branches + n_states)
-    since, after_since = np.zeros(len(before), np.int64), np.zeros(len(before), np.int64)
-    exit_branch, exit_since = np.empty(n_frames, np.int32), np.empty(n_frames, np.int64)
+    """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score.
+
+    Until the path is read back, ``branch`` keeps of each frame the best branch to leave, and when it was entered.
+    """
+    n_frames, n_lanes = len(frames), entry.size
+    block, bars = np.zeros((BLOCK, len(pivot))), np.zeros((BLOCK, *entry.shape))
+    density = np.empty((BLOCK, *stay.shape))
+    score, since = np.full(stay.shape, IMPOSSIBLE), np.zeros(stay.shape)
+    node = 0.0
     for start in range(0, n_frames, BLOCK):
         n = load(frames, start, pivot, block)
-        log_densities(block, n, start, allowed, weight, shift, constant, rows, top)
-        turn(rows, density)
-        for k in range(n):
-            t = start + k
-            node, best = 0.0, 0
-            if t > 0:
-                node = IMPOSSIBLE
-                for m in range(n_branches):
-                    value = before[n_states + m] + last[m]
-                    if value > node:
-                        node, best = value, m
-                exit_branch[t - 1], exit_since[t - 1] = best, since[n_states + best]
-            cut = cuts[t] if len(cuts) > 0 and t > 0 else FREE
-            for m in range(n_branches):
-                before[m] = IMPOSSIBLE if cut == NEVER else node + entry[m]
-                since[m] = t
-            if cut == MUST:
-                before[n_branches:] = IMPOSSIBLE
-            _advance(before, since, density[k], stay, come, after, after_since)
-            before, after, since, after_since = after, before, after_since, since
-    final = n_branches
-    for s in range(n_branches, len(before)):
-        if before[s] > before[final]:
-            final = s
+        bar(start, n, allowed, bars)
+        log_densities(n, block, bars, weight, shift, constant, density)
+        node = _advance(start, n, cuts, density, entry, stay, leave, node, score, since, branch)
+    scores, sinces = score.reshape(-1, LANES), since.reshape(-1, LANES)
+    highest = score.max()
+    final = _place(scores, highest)
     begins[:] = False
-    end, m, start = n_frames, (final - n_branches) % n_branches, since[final]
-    while True:
+    end, m, start = n_frames, final % n_lanes, int(sinces[final // LANES, final % LANES])
+    while highest > IMPOSSIBLE:
+        left = branch[start - 1]
         branch[start:end] = m
         begins[start] = True
         if start == 0:
-            return before[final]
-        end = start
-        m, start = exit_branch[end - 1], exit_since[end - 1]
+            break
+        end, m, start = start, left % n_lanes, left // n_lanes
+    return highest

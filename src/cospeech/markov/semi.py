@@ -261,16 +261,14 @@ def decode(
     block = semi_kernels.BLOCK
     padded = np.full((n_states, n_bins + block), -np.inf)
     padded[:, :n_bins] = logs.durations
-    ending = np.full((n_states, n_frames + n_bins + 2 * block), -np.inf)
     offer = np.full((n_states, n_frames + block), -np.inf)
     emitted = np.zeros(n_states)
+    before = np.empty((n_states, n_frames), dtype=np.min_scalar_type(n_states))
     semi_kernels.best_scores(
-        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, ending, offer, emitted
+        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, offer, emitted, before
     )
     starts, states = np.empty((2, n_frames), dtype=np.int64)
-    score, n_phrases = semi_kernels.trace_back(
-        logs.transitions, logs.durations, logs.last, ending, offer, emitted, starts, states
-    )
+    score, n_phrases = semi_kernels.trace_back(logs.durations, logs.last, offer, emitted, before, starts, states)
     if n_phrases == 0:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     return _path(model, starts, states, n_phrases, score)

@@ -8,6 +8,8 @@ do not know t, and its last does not know s. What is left to maximise over s (or
 The best end frames are found by pushing: as soon as an offer is known it is laid against all end frames that
 it can reach, which are neighbours in memory and so become lanes, whereas a maximum over durations for one end
 frame does not vectorise. Offers are pushed BLOCK at a time, so that an end frame is read and written once a block.
+Of all frames the offers are kept and the state before them, one number and one byte for each state; of the sums only
+a window.
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
 
 BLOCK = 8
+
+SPAN = 1024
+"""Frames after which the window of the end frames moves on; a multiple of ``BLOCK``."""
 
 STRAY = 200.0
 """How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
@@ -60,64 +65,78 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
 
 
 @numba.njit(cache=True)
+def _slide(window: Float) -> None:
+    """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
+    kept = window.shape[1] - SPAN
+    for j in range(len(window)):
+        for c in range(kept):
+            window[j, c] = window[j, c + SPAN]
+        window[j, kept:] = -np.inf
+
+
+@numba.njit(cache=True)
 def best_scores(
     initial: Float,
     transitions: Float,
     durations: Float,
     emissions: Float,
     observations: Int,
-    ending: Float,
     offer: Float,
     emitted: Float,
+    before: Any,
 ) -> None:
-    """Fill in the scores of the best paths over [0, t) (Özkul 2012, eq. 5.9).
+    """Find the best paths over [0, t) for all t (Özkul 2012, eq. 5.9).
 
     Parameters
     ----------
     initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
     emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
-    ending : (S, T + D + 2 BLOCK) of -inf; becomes the score of the best path with a phrase of j that ends at t.
-    offer : (S, T + BLOCK) of -inf; becomes that of the best path with a phrase of j that starts at t, less the
+    offer : (S, T + BLOCK) of -inf; becomes the score of the best path with a phrase of j that starts at t, less the
         emissions of j up to t.
     emitted : (S,) of 0; becomes the emissions of j over the whole record.
+    before : (S, T) of integers; becomes the state before a phrase of j that starts at t.
     """
-    n_states, n_frames = len(initial), len(observations)
+    n_states, n_frames = before.shape
     n_bins = durations.shape[1] - BLOCK
+    # Best sums so far of the end frames from ``origin`` on: no other is asked for any more.
+    ending, origin = np.full((n_states, SPAN + n_bins + BLOCK), -np.inf), 0
+    worth = np.empty(n_states)
     for first in range(0, n_frames, BLOCK):
+        if first - origin == SPAN:
+            _slide(ending)
+            origin += SPAN
         beyond = first + BLOCK
         for s in range(first, min(beyond, n_frames)):
             for j in range(n_states):
-                ending[j, s] += emitted[j]
+                worth[j] = ending[j, s - origin] + emitted[j]
             for j in range(n_states):
-                best = initial[j]
-                if s > 0:
-                    best = -np.inf
-                    for i in range(n_states):
-                        best = max(best, ending[i, s] + transitions[i, j])
-                best -= emitted[j]
-                offer[j, s] = best
-                for t in range(s + 1, beyond):
-                    ending[j, t] = max(ending[j, t], best + durations[j, t - s - 1])
-            for j in range(n_states):
+                best, last = initial[j] if s == 0 else -np.inf, 0
+                for i in range(n_states if s > 0 else 0):
+                    x = worth[i] + transitions[i, j]
+                    best, last = (x, i) if x > best else (best, last)
+                before[j, s] = last
+                start = offer[j, s] = best - emitted[j]
                 emitted[j] += emissions[j, observations[s]]
+                for t in range(s + 1, beyond):
+                    ending[j, t - origin] = max(ending[j, t - origin], start + durations[j, t - s - 1])
+        reach = beyond - origin
         for j in range(n_states):
-            _push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
+            _push(ending[j, reach : reach + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
 
 @numba.njit(cache=True)
 def trace_back(
-    transitions: Float,
     durations: Float,
     last: Float,
-    ending: Float,
     offer: Float,
     emitted: Float,
+    before: Any,
     starts: Int,
     states: Int,
 ) -> tuple[float, int]:
     """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
-    No back pointers are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
+    No durations are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
     Among equals the first state wins, then the shortest duration.
 
     Parameters
@@ -141,11 +160,7 @@ def trace_back(
         states[n_frames - n_phrases] = state
         length = 0
         if start > 0:
-            before = 0
-            for i in range(1, n_states):
-                if ending[i, start] + transitions[i, state] > ending[before, start] + transitions[before, state]:
-                    before = i
-            state = before
+            state = int(before[state, start])
             best = -np.inf
             for k in range(1, min(n_bins, start) + 1):
                 x = offer[state, start - k] + durations[state, k - 1]

@@ -24,7 +24,7 @@ QUANTITIES = {
     "focal_error_pct": Quantity("cameras", "error of the focal lengths, mean", "%", 0.2, 0.2),
     "reprojection_px": Quantity("cameras", "distance of the laser's spots from where the cameras put them", "px"),
     "spots_mm": Quantity("cameras", "error of the spots in space, the world's own shift and turn aside", "mm"),
-    "world_shift_mm": Quantity("cameras", "shift of the world, which stands where the cameras are stated to", "mm"),
+    "world_shift_mm": Quantity("cameras", "shift of the world, which stands where the touched points put it", "mm"),
     "world_turn_deg": Quantity("cameras", "turn of the world", "deg"),
     "pixels_px": Quantity("markers", "error of seen markers in the pictures", "px", 0.2),
     "seen_mm": Quantity("markers", "error of seen markers in space", "mm", 0.5, 1.0),

@@ -217,7 +217,11 @@ def capture_table(table: pd.DataFrame) -> Table:
 
 def observability_table(table: pd.DataFrame) -> Table:
     """Return in which share of the frames each angle of a joint was told, for the page, one row a joint."""
-    written = {"measured": "{:.1f} %", "flexion_dependent": "{:.1f} %, elbow bent", "locked": "locked"}
+    written = {
+        "measured": "{:.1f}\N{NO-BREAK SPACE}%",
+        "flexion_dependent": "{:.1f}\N{NO-BREAK SPACE}%, elbow bent",
+        "locked": "locked",
+    }
     rows = []
     for part, own in table.groupby("part", sort=False):
         cells = [written[state].format(100 * share) for state, share in zip(own["state"], own["share"], strict=True)]

@@ -1,0 +1,111 @@
+"""Draw time and memory against hours of speech and number of records: python bench/growth.py [--most-hours 100]
+
+Labels and features without sound (as config/long.yaml) go through the workflow to the session scores: first two
+actors with four records each that grow longer, then actors of four one-minute records, more and more. (More records
+of one actor are more folds, each trained on more: leaving one out is quadratic in them by what it is.) Last, how long
+Snakemake plans many jobs. Table and figure land in bench/out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from runs import OUT, RUN, Took, folder, snakemake
+
+HOURS = (1 / 6, 1 / 2, 3 / 2, 5, 20, 100)
+RECORDS = (8, 24, 72)
+PLANNED_RECORDS = 1_400
+EXPONENT_GOAL, PEAK_GOAL_MB, PLANNING_GOAL_S = 1.05, 2048, 15
+SCORES = f"results/{RUN}/evaluation/session_scores.parquet"
+
+
+def config(actors: int, duration_s: float) -> dict[str, Any]:
+    """Return the configuration of actors with four records each, without sound or sweep."""
+    cast = [
+        {"actor": f"a{number}", "voice": ("Female1", "Male1")[number % 2], "records": 4, "duration_s": duration_s}
+        for number in range(actors)
+    ]
+    return {"studio": {"sound": False, "actors": cast}, "sweep": {"clusters": [], "states": []}}
+
+
+def exponent(points: pd.DataFrame, axis: str, measure: str) -> tuple[float, float]:
+    """Return the slope of the logarithms over all points, and between the last two, where starts weigh least."""
+    size, took = np.log(points[axis]), np.log(points[measure])
+    last = np.diff(took.to_numpy()[-2:]) / np.diff(size.to_numpy()[-2:])
+    return float(np.polyfit(size, took, 1)[0]), float(last[0])
+
+
+def figure(table: pd.DataFrame) -> None:
+    """Draw processor time and peak memory, a column for each way to grow."""
+    panes, axes = plt.subplots(2, 2, figsize=(9, 6), sharey="row", layout="constrained")
+    for column, (axis, label) in enumerate((("hours", "hours of speech"), ("records", "records of a minute"))):
+        points = table[table["growing"] == axis]
+        for row, (measure, title) in enumerate((("cpu_s", "processor (s)"), ("peak_mb", "peak of a process (MB)"))):
+            pane = axes[row, column]
+            pane.loglog(points[axis], points[measure], marker="o", color="#2278b5")
+            pane.set_xlabel(label)
+            pane.grid(visible=True, which="major", color="#dfe3e8")
+            if column == 0:
+                pane.set_ylabel(title)
+            if measure == "cpu_s":
+                linear = points[measure].iloc[-1] * points[axis] / points[axis].iloc[-1]
+                pane.loglog(points[axis], linear, linestyle="--", color="#6a717b", label="linear")
+                pane.legend(frameon=False)
+            else:
+                pane.axhline(PEAK_GOAL_MB, linestyle="--", color="#6a717b")
+    panes.savefig(OUT / "growth.png", dpi=120)
+
+
+def planning() -> tuple[int, float]:
+    """Return how many jobs a dry run planned, and in what time."""
+    path = folder("planning", config(PLANNED_RECORDS // 4, 60))
+    took = snakemake(path, "--dry-run", "--quiet", "rules", SCORES)
+    said = (path / "said.log").read_text()
+    return int(re.search(r"^total +(\d+)", said, re.MULTILINE).group(1)), took.wall_s
+
+
+def main() -> None:
+    """Print the table, the exponents and whether the goals were reached."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--most-hours", type=float, default=5.0)
+    parser.add_argument("--most-records", type=int, default=24)
+    given = parser.parse_args()
+    rows: list[dict[str, object]] = []
+
+    def measure(growing: str, actors: int, duration_s: float) -> None:
+        took: Took = snakemake(folder("growth", config(actors, duration_s)), SCORES)
+        size = {"hours": actors * 4 * duration_s / 3600, "records": actors * 4}
+        rows.append({"growing": growing, **size, **took._asdict(), "load": os.getloadavg()[0]})
+        print(f"{size['hours']:8.2f} h {size['records']:5d} records {took.wall_s:9.1f} s {took.cpu_s:9.1f} s of "
+              f"processor {took.peak_mb:7.0f} MB   load {os.getloadavg()[0]:.1f}", flush=True)  # fmt: skip
+
+    OUT.mkdir(parents=True, exist_ok=True)
+    for hours in HOURS:
+        if hours <= given.most_hours:
+            measure("hours", 2, hours * 3600 / 8)
+    for records in RECORDS:
+        if records <= given.most_records:
+            measure("records", records // 4, 60)
+    table = pd.DataFrame(rows)
+    table.to_csv(OUT / "growth.csv", index=False, float_format="%.4g")
+    figure(table)
+    for axis in ("hours", "records"):
+        every, last = exponent(table[table["growing"] == axis], axis, "cpu_s")
+        verdict = "reached" if max(every, last) <= EXPONENT_GOAL else "MISSED"
+        print(f"exponent against {axis}: {every:.2f} over all, {last:.2f} at last; goal {EXPONENT_GOAL}: {verdict}")
+    peak = table["peak_mb"].max()
+    print(f"peak of a process: {peak:.0f} MB; goal {PEAK_GOAL_MB}: {'reached' if peak < PEAK_GOAL_MB else 'MISSED'}")
+    jobs, took_s = planning()
+    per_10000 = took_s * 10_000 / jobs
+    verdict = "reached" if per_10000 <= PLANNING_GOAL_S else "MISSED"
+    print(f"planning {jobs} jobs: {took_s:.1f} s, {per_10000:.1f} s for 10,000; goal {PLANNING_GOAL_S}: {verdict}")
+
+
+if __name__ == "__main__":
+    main()
