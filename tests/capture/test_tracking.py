@@ -1,5 +1,7 @@
 """Both trackers on a short film of the studio: what they find, against what was planted."""
 
+import weakref
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -72,6 +74,26 @@ def test_robust_tracker_finds_the_planted_markers_at_half_size(take, robust):
     assert rms(away[seen]) < 1e-3
     assert np.nanmax(away) < 0.03
     assert seen[(pixels > 20).sum(axis=2) >= 2].all()  # a whole disc has 66
+
+
+def test_as_many_pictures_are_held_of_a_long_film_as_of_a_short_one(take, monkeypatch):
+    films, cameras, *_ = take
+    held, most, planes = set(), [], footage.planes
+
+    def counted(frame):
+        read = planes(frame)
+        for plane in read:
+            held.add(id(plane))
+            weakref.finalize(plane, held.discard, id(plane))
+        most[-1] = max(most[-1], len(held))
+        return read
+
+    monkeypatch.setattr(footage, "planes", counted)
+    for n_frames in (3, 12):
+        most.append(0)
+        follow.follow(films, cameras, "robust", n_frames, where="take")
+        assert not held
+    assert most[0] == most[1] <= 2 * len(cameras) * 3  # the set at hand and the one being read, of three planes each
 
 
 def test_the_tables_keep_their_schemas(take, robust):
