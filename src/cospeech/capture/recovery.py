@@ -176,8 +176,8 @@ def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, 
                 nearest = away
                 pixels[view], n_pixels[view] = discs[view, number, :2], int(discs[view, number, 2])
     point, used, rms = consistent(cameras, pixels, ones, limit_px)
-    # The rays of two markers may meet where there is none; their discs are then too large for the place, or too small,
-    # which may also be because something hides them.
+    # The rays of two markers may meet where there is none. Their discs are then too large for the place, or too
+    # small, but small they may also be because something hides them.
     fits = True
     for view in range(n_views):
         if used[view] and used.sum() == 2:
