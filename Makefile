@@ -39,6 +39,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/kinematics.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
+	$(BIN)/python bench/capture.py
 
 # The environments are made from hash-locked requirements; the package itself is installed in place.
 .venv/report.stamp: requirements.lock pyproject.toml

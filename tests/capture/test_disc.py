@@ -90,12 +90,18 @@ def test_skin_of_the_actor_is_learnt_from_the_pictures():
 
 
 def test_blobs_are_those_of_scipy():
-    amount = np.random.default_rng(0).uniform(0, 1, (30, 40))
-    blob, count = blobs.label(amount, 0.5)
-    other, n = ndimage.label(amount >= 0.5)
+    amount = np.random.default_rng(0).integers(0, 256, (30, 40)).astype(np.uint8)
+    blob, count = blobs.label(amount.astype(float), 128.0)
+    other, n = ndimage.label(amount >= 128)
     assert count == n
     np.testing.assert_array_equal(blob, other)
-    found = blobs.statistics(amount, blob, count, (100, 200, 140, 230))
+    planes = np.full((3, 230, 240), 128, dtype=np.uint8)
+    planes[0, 150:180, 100:140] = amount
+    luma = np.array([[1.0, 0.0, 0.0]] * 2)
+    found = blobs.find(*planes, (100, 150, 140, 180), np.zeros(2), luma, 128.0, 1)
     centres = np.array(ndimage.center_of_mass(amount, other, np.arange(1, n + 1)))
-    np.testing.assert_allclose(found[:, :2], centres[:, ::-1] + [100, 200])
+    np.testing.assert_allclose(found[:, :2], centres[:, ::-1] + [100, 150])
     np.testing.assert_array_equal(found[:, 2], np.bincount(other.ravel())[1:])
+    coarse = blobs.find(*planes, (100, 150, 140, 180), np.zeros(2), luma, 128.0, 3)
+    hit = np.unique(other[::3, ::3])[1:]
+    assert sorted(coarse[:, 2]) == sorted(found[hit - 1, 2])

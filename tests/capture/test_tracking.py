@@ -1,5 +1,7 @@
 """Both trackers on a short film of the studio: what they find, against what was planted."""
 
+import weakref
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -96,6 +98,26 @@ def test_hands_that_cross_before_the_chest_are_not_taken_for_each_other(tmp_path
     seen = np.isfinite(found[..., 0])
     assert seen.mean() > 0.8
     assert np.linalg.norm(found - markers[:, hands], axis=2)[seen].max() < 0.02
+
+
+def test_as_many_pictures_are_held_of_a_long_film_as_of_a_short_one(take, monkeypatch):
+    films, cameras, *_ = take
+    held, most, planes = set(), [], footage.planes
+
+    def counted(frame):
+        read = planes(frame)
+        for plane in read:
+            held.add(id(plane))
+            weakref.finalize(plane, held.discard, id(plane))
+        most[-1] = max(most[-1], len(held))
+        return read
+
+    monkeypatch.setattr(footage, "planes", counted)
+    for n_frames in (3, 12):
+        most.append(0)
+        follow.follow(films, cameras, "robust", n_frames, where="take")
+        assert not held
+    assert most[0] == most[1] <= 2 * len(cameras) * 3  # the set at hand and the one being read, of three planes each
 
 
 def test_the_tables_keep_their_schemas(take, robust):

@@ -16,7 +16,7 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from cospeech.capture import recovery
-from cospeech.capture.camera import Camera
+from cospeech.capture.camera import Camera, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import packed, triangulate
@@ -126,32 +126,34 @@ def _planned_where_missing(points: Floats) -> Floats:
 
 def _points(pictures: Sequence[Planes], cameras: Sequence[Camera], mixer: Mixer) -> tuple[Floats, npt.NDArray]:
     """Return the points (n, 3) where discs of one colour meet, most views first, and their numbers of views (n,)."""
-    discs, radii = [], []
-    for planes, camera in zip(pictures, cameras, strict=True):
+    discs, radii = np.full((len(cameras), recovery.MOST_BLOBS, 4), np.nan), []
+    none = np.empty((0, 2))
+    for number, (planes, camera) in enumerate(zip(pictures, cameras, strict=True)):
         depth = np.linalg.norm(camera.place_m - MIDDLE_M)
         radius = float(np.sqrt(np.prod(camera.focal_px)) * RADIUS_M / depth)
         radii.append(radius)
-        none = np.empty((0, 2))
-        discs.append(recovery.discs(planes, camera, mixer, MIDDLE_M, STAGE_M, radius, none))
+        middle, reach = project(camera, MIDDLE_M), STAGE_M * radius / RADIUS_M
+        found = recovery.discs(*planes, camera.size_px[0], *mixer, middle, reach, radius, none, none)
+        discs[number, : len(found)] = found
     rig, limit_px, chosen = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
     # A disc that a better point took is gone for the rest, which may then meet without it.
-    while (best := _best(cameras, rig, discs, limit_px)) is not None:
+    while (best := _best(rig, discs, limit_px)) is not None:
         chosen.append(best)
         for view in np.flatnonzero(best.used):
-            discs[view] = discs[view][(discs[view][:, :2] != best.pixels[view]).any(axis=1)]
+            discs[view, (discs[view, :, :2] == best.pixels[view]).all(axis=1)] = np.nan
     return (
         np.array([point.point_m for point in chosen]).reshape(-1, 3),
         np.array([point.used.sum() for point in chosen], dtype=int),
     )
 
 
-def _best(cameras: Sequence[Camera], rig: Floats, discs: Sequence[Floats], limit_px: float) -> recovery.Found | None:
-    """Return the point where discs of most views meet, the closest of equals, or None."""
+def _best(rig: Floats, discs: Floats, limit_px: float) -> recovery.Found | None:
+    """Return the point where discs (C, n, 4) of most views meet, the closest of equals, or None."""
     met = []
-    for a, b in combinations(range(len(cameras)), 2):
-        for i in range(len(discs[a])):
-            for j in range(len(discs[b])):
-                point = recovery.agree(cameras, rig, discs, (a, i), (b, j), limit_px)
-                if point is not None and np.abs(point.point_m - MIDDLE_M).max() < STAGE_M:
-                    met.append(point)
+    known = [(int(view), int(number)) for view, number in np.argwhere(np.isfinite(discs[..., 0]))]
+    for one, two in combinations(known, 2):
+        if one[0] != two[0]:
+            point = recovery.agree(rig, discs, one, two, limit_px)
+            if np.abs(point.point_m - MIDDLE_M).max() < STAGE_M:
+                met.append(point)
     return min(met, key=lambda point: (-int(point.used.sum()), point.rms), default=None)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from typing import NamedTuple
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture import blobs, disc
-from cospeech.capture.camera import Camera, project
+from cospeech.capture.blobs import Plane
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
-from cospeech.capture.triangulate import consistent
+from cospeech.capture.triangulate import consistent, project_point
 from cospeech.markers import MARKERS, NAMES, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
@@ -40,6 +41,9 @@ SMALLEST_BLOB = 0.25
 
 MOST_BLOBS = 12
 
+LARGEST_DISC = 1.25
+"""A disc with more pixels than this share of what a marker would have at a place is nearer to its camera."""
+
 
 @dataclass(frozen=True)
 class Lengths:
@@ -64,9 +68,8 @@ def lengths(points_m: Floats) -> Lengths:
     return Lengths(usual, slack)
 
 
-@dataclass(frozen=True)
-class Found:
-    """A marker that was found: its point, the views (C,) it rests on, pixels (C, 2), their counts (C,), residual."""
+class Found(NamedTuple):
+    """A point (3,), the views (C,) it rests on, none if there is none, pixels (C, 2), their counts (C,), residual."""
 
     point_m: Floats
     used: npt.NDArray[np.bool_]
@@ -81,92 +84,146 @@ def search_radius_m(hidden_frames: int) -> float:
 
 
 def seek(
-    cameras: Sequence[Camera], packed: Floats, pictures: Sequence[Planes], mixer: Mixer, marker: int,
-    expected_m: Floats, search_m: float, radius: Floats, owned: Floats, others_m: Floats, lengths: Lengths,
-    limit_px: float,
-) -> Found | None:  # fmt: skip
-    """Return the marker where most views see a free disc of its colour that fits, or None.
+    cameras: Floats, widths: Sequence[int], pictures: Sequence[Planes], mixer: Mixer, marker: int,
+    expected_m: Floats, search_m: float, expected: Floats, radius: Floats, owned: Floats, rivals: Floats,
+    others_m: Floats, lengths: Lengths, limit_px: float,
+) -> Found:  # fmt: skip
+    """Return the marker where most views see a free disc of its colour that fits; no view is used if there is none.
 
     Parameters
     ----------
+    cameras, widths : (C, 21) of ``triangulate.packed``, and the widths of their pictures.
     expected_m, search_m : where the marker is sought, and how far around.
-    radius : (C,) of its disc in pixels.
+    expected, radius : (C, 2) and (C,) where that is seen, and how large its disc is, pixels.
     owned : (M, C, 2) discs of the same colour that belong to other markers.
+    rivals : (M, C, 2) where other lost markers of the same colour are expected.
     others_m : (M, 3) the points known so far.
     """
-    free = [
-        discs(planes, camera, mixer, expected_m, search_m, float(radius[view]), owned[:, view])
-        for view, (planes, camera) in enumerate(zip(pictures, cameras, strict=True))
-    ]
-    best: Found | None = None
-    for a, b in combinations(range(len(cameras)), 2):
-        for i in range(len(free[a])):
-            for j in range(len(free[b])):
-                candidate = agree(cameras, packed, free, (a, i), (b, j), limit_px)
-                if candidate is None or np.linalg.norm(candidate.point_m - expected_m) > search_m:
+    free = np.full((len(cameras), MOST_BLOBS, 4), np.nan)
+    for view, planes in enumerate(pictures):
+        reach = search_m * radius[view] / RADIUS_M + radius[view]
+        found = discs(
+            *planes, widths[view], *mixer, expected[view], reach, radius[view], owned[:, view], rivals[:, view]
+        )
+        free[view, : len(found)] = found
+    return _best(
+        cameras, free, expected_m, search_m, lengths.usual_m[marker], lengths.slack[marker], others_m, limit_px
+    )
+
+
+@numba.njit(cache=True)
+def discs(
+    y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
+    middle: Floats, reach: float, radius: float, owned: Floats, rivals: Floats,
+) -> Floats:  # fmt: skip
+    """Return the free discs (n, 4) of one colour around a pixel: x, y, pixels, share seen; the largest first.
+
+    A disc is free where no pixel of ``owned`` (., 2) is within its radius, and where none of ``rivals`` (., 2) is
+    nearer to it than ``middle``: of the lost markers of a colour, a disc belongs to the one expected nearest.
+    """
+    nothing = np.empty((0, 4))
+    if not np.isfinite(middle).all():
+        return nothing
+    left, top = int(max(0.0, middle[0] - reach)), int(max(0.0, middle[1] - reach))
+    right, bottom = int(min(width, middle[0] + reach + 1)), int(min(y.shape[0], middle[1] + reach + 1))
+    if right - left < radius or bottom - top < radius:
+        return nothing
+    step = max(1, int(radius / 2.0))
+    found = blobs.find(y, cb, cr, (left, top, right, bottom), across, share, 2.0 * disc.FAINTEST, step)
+    found = found[found[:, 2] > SMALLEST_BLOB * np.pi * radius**2]
+    found = found[np.argsort(-found[:, 2], kind="mergesort")][:MOST_BLOBS]
+    free, count = np.empty((len(found), 4)), 0
+    for x_found, y_found, _ in found:
+        u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, radius, radius, True)
+        mine = np.isfinite(u)
+        for other in range(len(owned)):
+            mine &= not np.hypot(owned[other, 0] - u, owned[other, 1] - v) < radius
+        for other in range(len(rivals)):
+            away = np.hypot(rivals[other, 0] - u, rivals[other, 1] - v)
+            mine &= not away < np.hypot(middle[0] - u, middle[1] - v)
+        if mine:
+            free[count] = u, v, float(pixels), seen
+            count += 1
+    return free[:count]
+
+
+@numba.njit(cache=True)
+def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, int], limit_px: float) -> Found:
+    """Return the point of two discs with what other views add to it; no view is used where the two do not meet.
+
+    Parameters
+    ----------
+    cameras : (C, 21) of ``triangulate.packed``.
+    discs : (C, n, 4) of every view, NaN where there are fewer.
+    one, two : view and number of each disc.
+    """
+    n_views = len(cameras)
+    pixels, n_pixels = np.full((n_views, 2), np.nan), np.zeros(n_views, dtype=np.int64)
+    for view, number in (one, two):
+        pixels[view], n_pixels[view] = discs[view, number, :2], int(discs[view, number, 2])
+    ones, slope = np.ones(n_views), np.empty((2, 3))
+    point, used, rms = consistent(cameras, pixels, ones, limit_px)
+    if not used.any():
+        return Found(point, used, pixels, n_pixels, rms)
+    for view in range(n_views):
+        if view in (one[0], two[0]):
+            continue
+        x, y, _ = project_point(cameras[view], point, slope)
+        nearest = 3.0 * limit_px
+        for number in range(discs.shape[1]):
+            away = np.hypot(discs[view, number, 0] - x, discs[view, number, 1] - y)
+            if away < nearest:
+                nearest = away
+                pixels[view], n_pixels[view] = discs[view, number, :2], int(discs[view, number, 2])
+    point, used, rms = consistent(cameras, pixels, ones, limit_px)
+    # The rays of two markers may meet where there is none. Their discs are then too large for the place, or too
+    # small, but small they may also be because something hides them.
+    fits = True
+    for view in range(n_views):
+        if used[view] and used.sum() == 2:
+            _, _, depth = project_point(cameras[view], point, slope)
+            area = np.pi * cameras[view, 12] * cameras[view, 13] * (RADIUS_M / depth) ** 2
+            fits &= n_pixels[view] <= LARGEST_DISC * area
+    if not fits:
+        point[:], used[:], rms = np.nan, False, np.nan
+    for view in range(n_views):
+        if not used[view]:
+            pixels[view], n_pixels[view] = np.nan, 0
+    return Found(point, used, pixels, n_pixels, rms)
+
+
+@numba.njit(cache=True)
+def _best(
+    cameras: Floats, discs: Floats, expected_m: Floats, search_m: float,
+    usual_m: Floats, slack: Floats, others_m: Floats, limit_px: float,
+) -> Found:  # fmt: skip
+    """Return the point on which most views agree, of equals the nearest to where it is expected."""
+    n_views, n_discs = discs.shape[:2]
+    best = Found(
+        np.full(3, np.nan), np.zeros(n_views, np.bool_), discs[:, 0, :2].copy(), np.zeros(n_views, np.int64), 0.0
+    )
+    nearest = np.inf
+    for pair in range(n_views * n_views):
+        a, b = pair // n_views, pair % n_views
+        for i in range(n_discs if a < b else 0):
+            for j in range(n_discs):
+                if np.isnan(discs[a, i, 0]) or np.isnan(discs[b, j, 0]):
                     continue
-                placed = np.where(np.arange(len(NAMES))[:, None] == marker, candidate.point_m, np.nan)
-                if not lengths.fit(placed, others_m)[marker]:
+                found = agree(cameras, discs, (a, i), (b, j), limit_px)
+                away = np.sqrt(np.sum((found.point_m - expected_m) ** 2))
+                if not away <= search_m or not _fits(found.point_m, others_m, usual_m, slack):
                     continue
-                if best is None or _rank(candidate, expected_m) < _rank(best, expected_m):
-                    best = candidate
+                more = found.used.sum() - best.used.sum()
+                if more > 0 or (more == 0 and away < nearest):
+                    best, nearest = found, away
     return best
 
 
-def _rank(found: Found, expected_m: Floats) -> tuple[int, float]:
-    return -int(found.used.sum()), float(np.linalg.norm(found.point_m - expected_m))
-
-
-def discs(
-    planes: Planes, camera: Camera, mixer: Mixer, expected_m: Floats, search_m: float, radius: float, owned: Floats
-) -> Floats:
-    """Return the free discs (n, 4) of one colour near a point: x, y, pixels, share seen; the largest first."""
-    middle = project(camera, expected_m)
-    reach = search_m * radius / RADIUS_M + radius
-    width, height = camera.size_px
-    if not np.isfinite(middle).all():
-        return np.empty((0, 4))
-    left, top = (int(max(0.0, value - reach)) for value in middle)
-    right, bottom = (int(min(limit, value + reach + 1)) for limit, value in zip((width, height), middle, strict=True))
-    if right - left < radius or bottom - top < radius:
-        return np.empty((0, 4))
-    box = (left, top, right, bottom)
-    amount = blobs.shares(*planes, box, mixer.across, mixer.share)
-    blob, count = blobs.label(amount, 2.0 * disc.FAINTEST)
-    found = blobs.statistics(amount, blob, count, box)
-    found = found[found[:, 2] > SMALLEST_BLOB * np.pi * radius**2]
-    found = found[np.argsort(-found[:, 2], kind="stable")][:MOST_BLOBS]
-    free = []
-    for x, y, _ in found:
-        u, v, pixels, share = disc.measure(*planes, width, mixer.across, mixer.share, x, y, radius, radius, True)
-        if np.isfinite(u) and not (np.hypot(owned[:, 0] - u, owned[:, 1] - v) < radius).any():
-            free.append((u, v, pixels, share))
-    return np.array(free).reshape(-1, 4)
-
-
-def agree(
-    cameras: Sequence[Camera], packed: Floats, discs: Sequence[Floats],
-    one: tuple[int, int], two: tuple[int, int], limit_px: float,
-) -> Found | None:  # fmt: skip
-    """Return the point of two discs with what other views add to it, or None where the two do not meet."""
-    pixels = np.full((len(cameras), 2), np.nan)
-    n_pixels = np.zeros(len(cameras), dtype=np.int64)
-
-    def take(view: int, number: int) -> None:
-        pixels[view] = discs[view][number, :2]
-        n_pixels[view] = int(discs[view][number, 2])
-
-    take(*one)
-    take(*two)
-    ones = np.ones(len(cameras))
-    point, used, _ = consistent(packed, pixels, ones, limit_px)
-    if not used.any():
-        return None
-    for view, camera in enumerate(cameras):
-        if view in (one[0], two[0]) or not len(discs[view]):
-            continue
-        away = np.hypot(*(discs[view][:, :2] - project(camera, point)).T)
-        if away.min() < 3.0 * limit_px:
-            take(view, int(away.argmin()))
-    point, used, rms = consistent(packed, pixels, ones, limit_px)
-    return Found(point, used, np.where(used[:, None], pixels, np.nan), np.where(used, n_pixels, 0), rms)
+@numba.njit(cache=True)
+def _fits(point_m: Floats, others_m: Floats, usual_m: Floats, slack: Floats) -> bool:
+    """Return whether a point (3,) is as far from the others (M, 3) as its links (M,) say."""
+    for other in range(len(others_m)):
+        away = np.sqrt(np.sum((point_m - others_m[other]) ** 2))
+        if abs(away / usual_m[other] - 1.0) > slack[other]:
+            return False
+    return True

@@ -15,6 +15,12 @@ Floats = npt.NDArray[np.float64]
 FEWEST = 3
 """Markers that fix a rigid part."""
 
+JOINTS = [marker.joint for marker in MARKERS]
+PARTS = [
+    np.array([joint == part for joint in JOINTS]) for part in dict.fromkeys(JOINTS) if JOINTS.count(part) > FEWEST
+]
+"""The parts (M,) that can carry a hidden marker."""
+
 
 def carried(reference_m: Floats, points_m: Floats) -> Floats:
     """Return where the hidden markers of rigid parts are, (M, 3); NaN for visible ones and where too few are visible.
@@ -26,8 +32,7 @@ def carried(reference_m: Floats, points_m: Floats) -> Floats:
     """
     found = np.full(points_m.shape, np.nan)
     seen = np.isfinite(points_m[:, 0])
-    for joint in dict.fromkeys(marker.joint for marker in MARKERS):
-        part = np.array([marker.joint == joint for marker in MARKERS])
+    for part in PARTS:
         held, hidden = part & seen, part & ~seen
         if held.sum() < FEWEST or not hidden.any():
             continue

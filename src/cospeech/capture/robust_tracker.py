@@ -113,6 +113,27 @@ def _settle_owners(pixels: Floats, expected: Floats, radius: Floats, colour: npt
                     pixels[a if off_a > off_b else b, view] = np.nan
 
 
+@numba.njit(cache=True)
+def _predict(states: Floats, covers: Floats, hidden: npt.NDArray[np.int64], move: Floats, noise: Floats) -> None:
+    """Move the states and covariances (M, 3, 3) of all markers on by a frame, in place; hidden ones slow down."""
+    for marker in range(len(states)):
+        if hidden[marker] > 0:
+            states[marker, 1:] *= FADING
+        states[marker], covers[marker] = kalman.predict(states[marker], covers[marker], move, noise)
+
+
+@numba.njit(cache=True)
+def _update(states: Floats, covers: Floats, hidden: npt.NDArray[np.int64], points: Floats) -> None:
+    """Take the points (M, 3) into the states and covariances, in place; count the frames that a marker is hidden."""
+    for marker in range(len(states)):
+        hidden[marker] += 1
+        if np.isfinite(points[marker, 0]):
+            states[marker], covers[marker] = kalman.update(
+                states[marker], covers[marker], points[marker], SIGHT_SD_M**2
+            )
+            hidden[marker] = 0
+
+
 def weights(share_seen: Floats) -> Floats:
     """Return the weights (M, C) of views that see discs to shares (M, C): only well-seen ones where there are two."""
     well = share_seen >= WELL_SEEN
@@ -138,7 +159,7 @@ class RobustTracker:
         mixers: Mapping[str, Mixer],
         fps: float,
     ) -> None:
-        self.cameras, self.packed, self.first_m = cameras, packed(cameras), first_m
+        self.packed, self.first_m = packed(cameras), first_m
         self.lengths = recovery.lengths(first_m)
         self.widths = [camera.size_px[0] for camera in cameras]
         self.across = mixers["red"].across
@@ -158,7 +179,7 @@ class RobustTracker:
         ``corrections`` are (marker, view, x, y) that a person set for this frame.
         """
         if self.started:
-            self._predict()
+            _predict(self.states, self.covers, self.hidden, self.move, self.noise)
         self.started = True
         expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
         pixels, n_pixels, share_seen = self._measure(pictures, expected, radius, reach)
@@ -166,12 +187,12 @@ class RobustTracker:
         for marker, view, x, y in corrections:
             pixels[marker, view], share_seen[marker, view], corrected[marker, view] = (x, y), 1.0, True
         _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
-        limit = np.maximum(AGREE_PX, AGREE_RADII * np.nanmedian(radius, axis=1))
+        limit = np.maximum(AGREE_PX, AGREE_RADII * np.median(radius, axis=1))
         points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
         self._reject(points, used, residual, corrected)
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
-        self._recover(sights, pictures, radius, limit)
-        self._update(points)
+        self._recover(sights, pictures, expected, radius, limit)
+        _update(self.states, self.covers, self.hidden, points)
         carried = rigid.carried(self.first_m, points)
         held = np.isfinite(carried[:, 0])
         self.states[held, 0], self.states[held, 1:] = carried[held], 0.0
@@ -179,13 +200,6 @@ class RobustTracker:
         pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
         n_pixels[np.isnan(pixels[..., 0])] = 0
         return sights
-
-    def _predict(self) -> None:
-        self.states[self.hidden > 0, 1:] *= FADING
-        for marker in range(len(MARKERS)):
-            self.states[marker], self.covers[marker] = kalman.predict(
-                self.states[marker], self.covers[marker], self.move, self.noise
-            )
 
     def _measure(
         self, pictures: Sequence[Planes], expected: Floats, radius: Floats, reach: Floats
@@ -216,17 +230,23 @@ class RobustTracker:
         wrong = ((away > allowed) | ~self.lengths.fit(points, known)) & ~(used & corrected).any(axis=1)
         points[wrong], used[wrong], residual[wrong] = np.nan, False, np.nan
 
-    def _recover(self, sights: Sights, pictures: Sequence[Planes], radius: Floats, limit: Floats) -> None:
+    def _recover(
+        self, sights: Sights, pictures: Sequence[Planes], expected: Floats, radius: Floats, limit: Floats
+    ) -> None:
         """Seek the markers without a point, longest known first, and put what is found into ``sights``."""
-        lost = [m for m in range(len(MARKERS)) if np.isnan(sights.points_m[m, 0])]
-        for marker in sorted(lost, key=lambda m: self.hidden[m]):
-            same = sights.used & (self.colour == self.colour[marker])[:, None]
+        lost = np.isnan(sights.points_m[:, 0])
+        for marker in sorted(np.flatnonzero(lost).tolist(), key=lambda m: self.hidden[m]):
+            same = self.colour == self.colour[marker]
+            rivals = same & lost & (np.arange(len(lost)) != marker)
             found = recovery.seek(
-                self.cameras, self.packed, pictures, Mixer(self.across, self.share[marker]), marker,
-                self.states[marker, 0], recovery.search_radius_m(int(self.hidden[marker])), radius[marker],
-                np.where(same[..., None], sights.pixels, np.nan), sights.points_m, self.lengths, float(limit[marker]),
+                self.packed, self.widths, pictures, Mixer(self.across, self.share[marker]), marker,
+                self.states[marker, 0], recovery.search_radius_m(int(self.hidden[marker])),
+                expected[marker], radius[marker],
+                np.where((sights.used & same[:, None])[..., None], sights.pixels, np.nan),
+                np.where(rivals[:, None, None], expected, np.nan),
+                sights.points_m, self.lengths, float(limit[marker]),
             )  # fmt: skip
-            if found is None:
+            if not found.used.any():
                 continue
             sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = (
                 found.point_m,
@@ -236,13 +256,4 @@ class RobustTracker:
             sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
             self.states[marker, 0], self.states[marker, 1:] = found.point_m, 0.0
             self.covers[marker] = np.diag([2e-3**2, 1.0**2, 10.0**2])
-
-    def _update(self, points: Floats) -> None:
-        for marker in range(len(MARKERS)):
-            if np.isfinite(points[marker, 0]):
-                self.states[marker], self.covers[marker] = kalman.update(
-                    self.states[marker], self.covers[marker], points[marker], SIGHT_SD_M**2
-                )
-                self.hidden[marker] = 0
-            else:
-                self.hidden[marker] += 1
+            lost[marker] = False
