@@ -190,7 +190,7 @@ def angles(
         line = between_deg(to_hand, there[:, hand] - true_places[:, fore])
         bent = true_motion[f"{side}_forearm_x_deg"].to_numpy() < -BENT_DEG
         told = known[:, elbow] & known[:, hand]
-        off["upper_arm_deg"].append(direction[known[:, elbow]])
+        off["upper_arm_deg"].append(direction[told])
         off["elbow_hand_deg"].append(line[told])
         off["axial_deg"].append(about_bone_deg(true[told & bent, upper], turned[told & bent, upper]))
     found = {
