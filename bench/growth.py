@@ -65,7 +65,7 @@ def figure(table: pd.DataFrame) -> None:
 def planning() -> tuple[int, float]:
     """Return how many jobs a dry run planned, and in what time."""
     path = folder("planning", config(PLANNED_RECORDS // 4, 60))
-    took = snakemake(path, "--dry-run", "--quiet", "rules", SCORES)
+    took = snakemake(path, SCORES, "--dry-run", "--quiet", "rules")
     said = (path / "said.log").read_text()
     return int(re.search(r"^total +(\d+)", said, re.MULTILINE).group(1)), took.wall_s
 

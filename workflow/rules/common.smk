@@ -5,8 +5,12 @@ def actor_of(record):
     return RECORDS[record]["actor"]
 
 
+# Sorted out once: asked for every job, a walk over all records would make planning quadratic in them.
+RECORDS_OF = {actor: [name for name in RECORDS if actor_of(name) == actor] for actor in ACTORS}
+
+
 def records_of(actor):
-    return [name for name in RECORDS if actor_of(name) == actor]
+    return RECORDS_OF[actor]
 
 
 def others(record):
