@@ -1,7 +1,7 @@
 """What capture found of every record, against what the studio planted."""
 
-from cospeech import job, markers, trajectories
-from cospeech.capture import accuracy, body_model, camera
+from cospeech import job
+from cospeech.capture import accuracy, camera, skeleton_fit
 
 with job.run(snakemake) as work:
     given = work.params
@@ -23,8 +23,7 @@ with job.run(snakemake) as work:
     for record, take, motion, true_motion in zip(
         given["records"], work.input.takes, work.input.motion, work.input.true_motion, strict=True
     ):
-        held = trajectories.from_table(work.read(take, "markers_3d"), markers.NAMES)
-        model = body_model.body_model(held.places_m, held.fps, given["static_s"])
+        model = skeleton_fit.subject(work.read(take, "markers_3d"), given["static_s"])
         found = work.read(motion, "motion"), tracked[record, given["method"]]
         own = accuracy.angles(*found, work.read(true_motion, "motion"), planted[record][1], model, movement)
         rows += [row | {"record": record, "method": given["method"]} for row in own]

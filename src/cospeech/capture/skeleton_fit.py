@@ -16,6 +16,7 @@ import pandas as pd
 
 from cospeech import markers, skeleton, trajectories
 from cospeech.capture.body_model import NAMES, THORAX, BodyModel, body_model
+from cospeech.capture.elbows import refined
 from cospeech.capture.gaps import bridged
 from cospeech.capture.inverse_kinematics import Poses, solve
 from cospeech.capture.joint_centres import align
@@ -44,7 +45,7 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
     ------
     UserError : where the take determines no body model.
     """
-    model = body_model(trajectories.to_array(take, markers.NAMES), trajectories.frame_rate(take), static_s)
+    model = subject(take, static_s)
     seen = trajectories.to_array(record, markers.NAMES)
     worn = [index for index in THORAX if not np.isnan(model.marker_places_m[index, 0])]
     poses = solve(model, bridged(seen, align(model.marker_places_m[worn], seen[:, worn])))
@@ -52,6 +53,17 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
     error, misfit = 1000.0 * max(model.shoulder_errors_m), 1000.0 * np.nanmedian(poses.misfit_m)
     line = f"shoulders known to {error:.2f} mm, median misfit {misfit:.2f} mm, {poses.steps.mean():.1f} steps a frame"
     return Fit(moved, observability(model.marker_places_m, seen, moved), line)
+
+
+def subject(take: pd.DataFrame, static_s: float) -> BodyModel:
+    """Return the body model of a range-of-motion take (a ``markers_3d`` table) that begins with the static pose.
+
+    Raises
+    ------
+    UserError : where the take determines no body model.
+    """
+    places = trajectories.to_array(take, markers.NAMES)
+    return refined(body_model(places, trajectories.frame_rate(take), static_s), places)
 
 
 def motion(model: BodyModel, poses: Poses, fps: float) -> pd.DataFrame:
