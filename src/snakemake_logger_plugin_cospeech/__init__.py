@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from logging import LogRecord
 from typing import NamedTuple
 
@@ -46,7 +46,7 @@ class LogHandler(LogHandlerBase):
         self.begun_s = time.monotonic()
         self.planned: Counter[str] = Counter()
         self.running: dict[int, Job] = {}
-        self.spent_s: Counter[str] = Counter()
+        self.spent_s: defaultdict[str, float] = defaultdict(float)
         self.finished: Counter[str] = Counter()
         quiet = {str(kind) for kind in self.common_settings.quiet or ()}
         if not quiet & {"progress", "all"}:
@@ -83,13 +83,13 @@ class LogHandler(LogHandlerBase):
 
         A job is expected to take what the jobs of its rule took, or, where none has finished, what a job took.
         """
-        mean_s = self.spent_s.total() / self.finished.total()
+        mean_s = sum(self.spent_s.values()) / self.finished.total()
         expected_s = 0.0
         for rule, number in self.planned.items():
             each_s = self.spent_s[rule] / self.finished[rule] if self.finished[rule] else mean_s
             expected_s += (number - self.finished[rule]) * each_s
         expected_s -= sum(now_s - job.begun_s for job in self.running.values())
-        side_by_side = max(1.0, self.spent_s.total() / (now_s - self.begun_s))
+        side_by_side = max(1.0, sum(self.spent_s.values()) / (now_s - self.begun_s))
         return max(0.0, expected_s) / side_by_side
 
     @staticmethod
