@@ -2,12 +2,13 @@
 scores, figures and moving bodies."""
 
 import time
+from collections import Counter
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from cospeech import alone, closure
+from cospeech import alone, closure, estimate
 from cospeech import config as configuration
 from cospeech.errors import UserError
 from cospeech.synthesis import systems
@@ -138,6 +139,10 @@ onstart:
         alone.hold(Path(RESULTS, ".lock"))
     except UserError as error:
         raise WorkflowError(str(error)) from None
+    if VIRTUAL:
+        planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
+        told = estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
+        print(f"cospeech: {told}", file=sys.stderr)
 
 
 onsuccess:

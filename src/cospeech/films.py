@@ -58,7 +58,9 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
 def _rgb(frame: av.VideoFrame, height_px: int | None) -> Image:
     height = height_px or frame.height
     width = round(frame.width * height / frame.height)
-    return np.asarray(frame.reformat(width, height, "rgb24", interpolation="AREA").to_ndarray(), dtype=np.uint8)
+    return np.asarray(
+        frame.reformat(width, height, "rgb24", interpolation="FAST_BILINEAR").to_ndarray(), dtype=np.uint8
+    )
 
 
 def _unreadable(path: str | Path, error: Exception) -> UserError:

@@ -79,8 +79,8 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
     width, height = camera.size_px
     draw = np.random.default_rng([seed, *camera.name.encode(), 9])
     grain = film.grain(noise, draw)
-    empty = stage.room(camera)
-    empty[0] *= 0.4
+    dim = stage.room(camera) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
+    empty = np.rint(paint.STEPS * np.clip(dim, *RANGE)).astype(np.int16)
     spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
     for frame in range(n_frames):
         picture = empty.copy()
@@ -89,13 +89,12 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
         if draw.random() < REFLECTED:
             _glow(picture, draw.uniform((0, 0), (width, height)), 0.35, width / 1392)
         planes = np.empty(picture.shape, dtype=np.uint8)
-        shown = np.rint(paint.STEPS * np.clip(picture, *RANGE)).astype(np.int16)
-        paint.grained(shown, grain, int(draw.integers(len(grain))), planes)
+        paint.grained(picture, grain, int(draw.integers(len(grain))), planes)
         yield planes
 
 
-def _glow(picture: npt.NDArray[np.float32], spot_px: Floats, strength: float, scale: float) -> None:
-    """Add a spot and its bloom, Gaussian both, to Y, Cb and Cr around ``spot_px``."""
+def _glow(picture: npt.NDArray[np.int16], spot_px: Floats, strength: float, scale: float) -> None:
+    """Add a spot and its bloom, Gaussian both, to Y, Cb and Cr, in ``paint.STEPS``, around ``spot_px``."""
     x, y = spot_px
     reach = int(4 * BLOOM_PX * scale) + 1
     left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
@@ -103,5 +102,5 @@ def _glow(picture: npt.NDArray[np.float32], spot_px: Floats, strength: float, sc
     rows, columns = np.indices(patch.shape[1:])
     square = ((columns + left - x) ** 2 + (rows + top - y) ** 2) / scale**2
     light = strength * (0.85 * np.exp(-square / (2 * SPOT_PX**2)) + 0.15 * np.exp(-square / (2 * BLOOM_PX**2)))
-    patch[0] += light * RED[0]
-    patch[1:] += light * (RED[1:, None, None] - 128)
+    colour = np.array([RED[0], RED[1] - 128, RED[2] - 128])[:, None, None]
+    patch[:] = np.clip(patch + np.rint(paint.STEPS * light * colour), *(paint.STEPS * limit for limit in RANGE))

@@ -1,0 +1,39 @@
+"""Estimates follow the amount of work, and fit what the demo took."""
+
+import copy
+
+import pytest
+import yaml
+
+from cospeech import estimate
+from cospeech.tables import schema_folder
+
+DEMO = yaml.safe_load((schema_folder().parent / "config" / "demo.yaml").read_text(encoding="utf-8"))
+FILMS = {"studio_film": 8, "track": 10, "studio_range": 2, "studio_laser": 1, "laser": 1}
+
+
+def test_nothing_takes_no_time_and_a_small_job_its_start():
+    assert estimate.seconds({}, DEMO, 5, 9) == 0.0
+    assert estimate.seconds({"page": 1}, DEMO, 5, 9) == estimate.START_S
+
+
+def test_films_take_as_long_as_they_have_pixels():
+    small = estimate.seconds({"studio_film": 8}, DEMO, 5, 0) - 8 * estimate.START_S
+    assert small == pytest.approx(8 * 60 * 20 * 5 * estimate.PICTURE_S["studio_film"])
+    large = copy.deepcopy(DEMO)
+    large["studio"]["camera_width_px"] *= 2
+    for actor in large["studio"]["actors"]:
+        actor["duration_s"] *= 3
+    assert estimate.seconds({"studio_film": 8}, large, 5, 0) - 8 * estimate.START_S == pytest.approx(12 * small)
+
+
+def test_a_sweep_takes_as_long_as_it_has_settings():
+    one, ten = (estimate.seconds({"sweep_clusters": 1}, DEMO, 0, n) - estimate.START_S for n in (1, 10))
+    assert ten == pytest.approx(10 * one)
+
+
+def test_the_line_tells_jobs_time_and_room_for_films():
+    told = estimate.line(FILMS, DEMO, 5, 0, 2)
+    assert told.startswith("22 jobs, about 0:0")
+    assert told.endswith("on 2 cores; 0.5 GB of film")
+    assert "film" not in estimate.line({"page": 1}, DEMO, 5, 0, 2)
