@@ -103,4 +103,5 @@ def _glow(picture: npt.NDArray[np.int16], spot_px: Floats, strength: float, scal
     square = ((columns + left - x) ** 2 + (rows + top - y) ** 2) / scale**2
     light = strength * (0.85 * np.exp(-square / (2 * SPOT_PX**2)) + 0.15 * np.exp(-square / (2 * BLOOM_PX**2)))
     colour = np.array([RED[0], RED[1] - 128, RED[2] - 128])[:, None, None]
-    patch[:] = np.clip(patch + np.rint(paint.STEPS * light * colour), *(paint.STEPS * limit for limit in RANGE))
+    least, most = (paint.STEPS * limit for limit in RANGE)
+    patch[:] = np.clip(patch + np.rint(paint.STEPS * light * colour), least, most)
