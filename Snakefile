@@ -1,4 +1,4 @@
-"""cospeech: a record goes in as motion and sound, passes one room after another as tables, and comes out as
+"""cospeech: a record goes in as film and sound, passes one room after another as tables, and comes out as
 scores, figures and moving bodies."""
 
 import time
