@@ -118,6 +118,7 @@ def tables_of_a_run(tmp_path_factory):
     run.write(plausible.stills(), "animation/stills.parquet", "stills")
     run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
     run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
+    run.write(plausible.film_effect(), "evaluation/film_effect.parquet", "film_effect")
     run.write(plausible.observability(), "capture/observability.parquet", "observability")
     for name in ("stills", "strip"):
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"animation/{name}.png")
@@ -180,8 +181,13 @@ def draw_exhibits(run, labels):
     moved = {name: run.path(f"evaluation/motion_{name}.parquet") for name in ("statistics", "histograms")}
     run.script("fig_motion", "fig-motion", moved, titles=TITLES | {"original": "original"})
     run.script("fig_6_4", "fig-rig", {"picture": run.path("animation/strip.png")})
-    captured = {"scores": run.path("capture/capture_scores.parquet")}
-    run.script("table_capture", input=captured, output=table("table-capture"), width_px=696, method="robust")
+    captured = {
+        "scores": run.path("capture/capture_scores.parquet"),
+        "effect": run.path("evaluation/film_effect.parquet"),
+    }
+    run.script(
+        "table_capture", input=captured, output=table("table-capture"), width_px=696, method="robust", bin_s=0.5
+    )
     told = {"tables": [run.path("capture/observability.parquet")] * 2}
     run.script("table_observability", input=told, output=table("table-observability"))
     run.script("fig_recovery", "fig-recovery", {"recovery": run.path("evaluation/recovery.parquet")}, **setting)

@@ -207,7 +207,7 @@ def stills() -> pd.DataFrame:
 
 
 def cameras() -> pd.DataFrame:
-    return camera.to_table(rig.cameras(696, 1)).assign(rms_px=0.07, n_points=500)
+    return camera.to_table(rig.cameras(696, 1)).assign(rms_px=0.07, footage="0" * 64, n_points=500)
 
 
 def capture_scores() -> pd.DataFrame:
@@ -224,6 +224,18 @@ def capture_scores() -> pd.DataFrame:
         if quantity.group == "markers":
             rows.append({"quantity": name, "record": "ada_1", "method": "thesis", "value": 9.0, "n": 400})
     return accuracy.table(rows)
+
+
+def film_effect() -> pd.DataFrame:
+    """Return a made-up change by filming: 4 % of all actors together, more and less of each."""
+    setting = {"system": "hsmm_weighted", "clusters": 8, "states": 3, "part": "whole", "planted": 0.5, "n_records": 4}
+    rows = [
+        setting | {"actor": actor, "measure": measure, "bin_s": bin_s, "filmed": 0.5 + change / 200}
+        | {"difference_pct": change}
+        for actor, change in (("all", 4.0), ("ada", 9.0), ("deniz", -1.0))
+        for measure, bin_s in (("S", 0.25), ("S", 0.5), ("D", np.nan), ("frames_right", np.nan))
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def observability() -> pd.DataFrame:

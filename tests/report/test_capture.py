@@ -29,6 +29,15 @@ def test_full_size_pictures_have_goals_of_their_own():
     assert goals[696]["pixels_px"].isna().all()
 
 
+def test_what_filming_changes_is_judged_over_all_actors_together():
+    found = capture.experiment(plausible.film_effect(), 0.5).set_index("quantity")
+    assert found.index.tolist() == ["S_pct", "D_pct", "frames_right_pct"]
+    assert found.loc["D_pct", ["mean", "lowest", "highest", "goal", "met"]].tolist() == [4.0, -1.0, 9.0, 5.0, True]
+    assert "0.520 s by filmed joint angles, 0.500 s by the planted ones" in found.loc["D_pct", "meaning"]
+    far = plausible.film_effect().replace({"difference_pct": {4.0: -5.5}})
+    assert not capture.experiment(far, 0.5)["met"].any()
+
+
 def test_both_sides_are_one_row_of_what_the_markers_tell():
     one = plausible.observability()
     other = one.assign(share=one["share"] / 3)

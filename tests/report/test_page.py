@@ -71,7 +71,7 @@ def test_links_lead_somewhere(virtual, exhibits):
     for link in links:
         if link.startswith("#"):
             assert link[1:] in anchors
-        else:
+        elif link != "seconds.html":  # which the run writes when it has ended
             assert (exhibits.reports / link).resolve().is_file(), link
 
 

@@ -208,7 +208,8 @@ def _captured(summary: pd.DataFrame) -> Finding:
     aimed = summary[summary["goal"].notna()].drop_duplicates("quantity")
     met = aimed["met"].astype(str) == "True"
     named = [
-        f"{row['meaning']}: {number(row['mean'])} {row['unit']}, the goal is {row['goal']:g}"
+        f"{row['meaning']}: {number(row['highest'])} {row['unit']}".rstrip()
+        + f"{' in the worst record' if row['values'] > 1 else ''}, the goal is {row['goal']:g}"
         for _, row in aimed[~met].fillna({"unit": ""}).iterrows()
     ]
     return Finding(f"Capture meets {int(met.sum())} of its {len(aimed)} goals.", named or ["in the worst record"])
