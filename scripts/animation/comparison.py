@@ -10,5 +10,5 @@ with job.run(snakemake) as work:
     ]
     caption = f"{work.wildcards.record} · {work.corpus}"
     with tables.replacing(work.output.video) as path:
-        sound, shot = work.input.get("audio"), work.input.get("shot")
+        sound, shot = work.input.get("audio"), work.input.get("shot") or None
         video.film(path, panels, caption, sound=sound, shot=shot, **work.params["settings"])
