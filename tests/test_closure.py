@@ -1,5 +1,6 @@
 """An edit changes the hash of just the scripts that rest on the edited module."""
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -37,7 +38,9 @@ def test_closure_holds_what_python_really_loads():
     """The static closure of every script covers the modules that importing its imports loads."""
     for script in sorted(SCRIPTS.rglob("*.py")):
         imports = "\n".join(
-            line for line in script.read_text().splitlines() if line.startswith(("from cospeech", "import cospeech"))
+            ast.unparse(line)
+            for line in ast.parse(script.read_text()).body
+            if isinstance(line, ast.ImportFrom) and str(line.module).startswith("cospeech")
         )
         listing = "import sys; print(*[m.__file__ for n, m in sys.modules.items() if n.split('.')[0] == 'cospeech'])"
         program = f"{imports}\n{listing}"

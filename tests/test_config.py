@@ -181,11 +181,11 @@ def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
     }  # fmt: skip
     assert configuration.offsets_s(captured, "a") == {"c1": 0.5}
     assert configuration.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
-    studio = changed(studio__film=True)
-    takes = configuration.takes(studio, configuration.records(studio, "r"), "r")
+    takes = configuration.takes(DEMO, configuration.records(DEMO, "r"), "r")
     assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
     assert len(takes) == 8 + 2
-    assert configuration.takes(DEMO, configuration.records(DEMO, "r"), "r") == {}
+    unfilmed = changed(studio__film=False)
+    assert configuration.takes(unfilmed, configuration.records(unfilmed, "r"), "r") == {}
 
 
 @pytest.mark.parametrize(
