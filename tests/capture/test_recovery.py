@@ -87,7 +87,7 @@ def test_two_lost_hands_are_told_apart_by_their_forearms():
 def test_two_cut_discs_count_only_near_the_prediction():
     """Two views that see a hand in part may meet by chance; a whole disc in both is enough farther away too."""
     discs, nothing = seen_discs([0, 4], 0.5), np.full((1, 3), np.nan)
-    away = POINT_M + [0.1, 0.0, 0.0]
+    away = POINT_M + np.array([0.1, 0.0, 0.0])
     for share, expected_m, told in [(0.5, away, False), (0.5, POINT_M + 0.01, True), (1.0, away, True)]:
         discs[..., 3] = share
         found = recovery.agree(packed(CAMERAS), discs, (0, 0), (4, 0), 1.2)

@@ -47,6 +47,12 @@ SMALLEST_BLOB = 0.25
 
 MOST_BLOBS = 12
 
+PAIR_PART = 1 / 3
+"""Two views that nobody can contradict must meet this much closer than three: share of the pixels that may miss."""
+
+LIKE_SIZE = (0.8, 1.25)
+"""A round blob of a radius in this range, as a share of the expected one, is a whole disc nearer or farther away."""
+
 NO_COST = 1e3
 """More than any cost of a point that may be a marker's."""
 
@@ -193,8 +199,13 @@ def discs(
     found = found[found[:, 2] > SMALLEST_BLOB * np.pi * radius**2]
     found = found[np.argsort(-found[:, 2], kind="mergesort")][:MOST_BLOBS]
     free, count = np.empty((len(found), 4)), 0
-    for x_found, y_found, _ in found:
-        u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, radius, radius, True)
+    for x_found, y_found, area in found:
+        own = np.sqrt(area / np.pi)
+        u, v, pixels, seen = np.nan, np.nan, 0, 0.0
+        if LIKE_SIZE[0] < own / radius < LIKE_SIZE[1]:
+            u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, own, radius, False)
+        if seen == 0.0:
+            u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, radius, radius, True)
         mine = np.isfinite(u)
         for other in range(len(owned)):
             mine &= not np.hypot(owned[other, 0] - u, owned[other, 1] - v) < radius
@@ -273,7 +284,8 @@ def _best(
                     continue
                 found = agree(cameras, discs, (a, i), (b, j), limit_px)
                 more = found.used.sum() - best.used.sum()
-                if more < 0 or not found.used.any():
+                chance = found.used.sum() == 2 and found.rms > PAIR_PART * limit_px
+                if more < 0 or not found.used.any() or chance:
                     continue
                 cost = np.inf
                 for lost in range(len(expected_m)):

@@ -53,6 +53,9 @@ STRAY_SDS = 3.0
 STILL_M = 0.01
 """How far beyond that a marker at rest may be from its prediction, as it starts or stops without warning."""
 
+NEAR_M = 0.05
+"""The farthest from where it is expected that two views may find a lost marker of which they see a part."""
+
 COVER_FOUND = (2e-3, 1.0, 10.0)
 """Standard deviations of place, speed and acceleration of a marker that is found again."""
 
@@ -193,7 +196,7 @@ class RobustTracker:
         _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
         limit = np.maximum(AGREE_PX, AGREE_RADII * np.median(radius, axis=1))
         points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
-        self._reject(points, used, residual, corrected)
+        self._reject(points, used, residual, corrected, limit)
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
         self._recover(sights, pictures, expected, radius, limit)
         _update(self.states, self.covers, self.hidden, points)
@@ -223,7 +226,12 @@ class RobustTracker:
         return pixels, n_pixels, share_seen
 
     def _reject(
-        self, points: Floats, used: npt.NDArray[np.bool_], residual: Floats, corrected: npt.NDArray[np.bool_]
+        self,
+        points: Floats,
+        used: npt.NDArray[np.bool_],
+        residual: Floats,
+        corrected: npt.NDArray[np.bool_],
+        limit: Floats,
     ) -> None:
         """Drop points that are too far from their prediction or off their bones, unless a person set them.
 
@@ -231,9 +239,10 @@ class RobustTracker:
         """
         by_hand = (used & corrected).any(axis=1)
         away = np.linalg.norm(points - self.states[:, 0], axis=1)
+        pair = used.sum(axis=1) == 2
         stray = STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
-        allowed = np.where(used.sum(axis=1) == 2, STILL_M + stray, np.maximum(FARTHEST_STEP_M, stray))
-        points[(away > allowed) & ~by_hand] = np.nan
+        allowed = np.where(pair, STILL_M + stray, np.maximum(FARTHEST_STEP_M, stray))
+        points[((away > allowed) | (pair & (residual > recovery.PAIR_PART * limit))) & ~by_hand] = np.nan
         # Of two points that do not fit each other, the one that fits fewer of the rest, or went farther, is wrong.
         while (misfits := self.lengths.misfits(points).sum(axis=1) * ~by_hand).any():
             worst = np.flatnonzero(misfits == misfits.max())
@@ -254,7 +263,7 @@ class RobustTracker:
                 recovery.Lost(
                     members, self.states[members, 0], expected[members], radius[members],
                     recovery.search_radius_m(self.hidden[members]),
-                    STILL_M + STRAY_SDS * np.sqrt(self.covers[members, 0, 0]),
+                    np.minimum(NEAR_M, STILL_M + STRAY_SDS * np.sqrt(self.covers[members, 0, 0])),
                 ),
                 _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
                 sights.points_m, self.lengths, float(np.median(limit[members])),
@@ -267,7 +276,9 @@ class RobustTracker:
         point, used, rms = consistent(self.packed, found.pixels, weights(found.share_seen[None])[0], np.inf)
         sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = point, used, rms
         sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
-        self.states[marker, 0], self.states[marker, 1:] = point, 0.0
+        # One that was seen a frame ago is as fast as it went; of another, nothing is known.
+        speed = (point - self.last_m[marker]) / self.move[0, 1] if self.hidden[marker] == 0 else 0.0
+        self.states[marker, 0], self.states[marker, 1], self.states[marker, 2] = point, speed, 0.0
         self.covers[marker] = np.diag(np.square(COVER_FOUND))
 
     def _wait(self, points: Floats) -> None:
