@@ -7,7 +7,7 @@ from pictures import draw
 from cospeech.capture import colour, recovery
 from cospeech.capture.camera import project
 from cospeech.capture.triangulate import packed
-from cospeech.markers import RADIUS_M
+from cospeech.markers import NAMES, RADIUS_M
 from cospeech.studio import rig
 
 CAMERAS = rig.cameras(696, 7)
@@ -42,17 +42,64 @@ def test_where_three_views_agree_no_size_is_asked():
     assert found.used.sum() == 3
 
 
-@pytest.mark.parametrize(
-    ("owned", "rivals", "free"),
-    [
-        (NOTHING, NOTHING, [20.0, 60.0]),
-        (np.array([[60.0, 30.0]]), NOTHING, [20.0]),
-        (NOTHING, np.array([[70.0, 30.0]]), [20.0]),  # expected nearer to the second disc than ours is
-        (NOTHING, np.array([[95.0, 30.0]]), [20.0, 60.0]),
-    ],
-)
-def test_a_disc_belongs_to_the_lost_marker_that_is_expected_nearest(owned, rivals, free):
+@pytest.mark.parametrize(("owned", "free"), [(NOTHING, [20.0, 60.0]), (np.array([[60.0, 30.0]]), [20.0])])
+def test_a_disc_of_another_marker_is_not_free(owned, free):
     planes = tuple(draw((100, 60), [(20, 30, 6, "red"), (60, 30, 6, "red")]))
     mixer = colour.mixers(colour.chroma(colour.SKIN))["red"]
-    found = recovery.discs(*planes, 100, *mixer, np.array([35.0, 30.0]), 60.0, 6.0, owned, rivals)
+    found = recovery.discs(*planes, 100, *mixer, np.array([35.0, 30.0]), 60.0, 6.0, owned)
     assert sorted(np.round(found[:, 0])) == free
+
+
+def standing():
+    """Markers (15, 3) of a body whose links alone matter: hands hang 0.27 m below the elbows."""
+    body = np.random.default_rng(0).normal(0.0, 0.3, (len(NAMES), 3))
+    for side, sign in (("left", 1), ("right", -1)):
+        body[NAMES.index(f"{side}_elbow")] = sign * 0.2, 1.13, 0.1
+        body[NAMES.index(f"{side}_hand")] = sign * 0.2, 0.86, 0.1
+    return body
+
+
+def test_two_lost_hands_are_told_apart_by_their_forearms():
+    """Both were last seen far from where they are now, each nearer to where the other one is."""
+    body = standing()
+    hands = np.array([NAMES.index("left_hand"), NAMES.index("right_hand")])
+    now = np.array([[0.04, 1.11, 0.30], [-0.04, 1.12, 0.29]])
+    radius = np.array([[c.focal_px[0] * RADIUS_M / np.linalg.norm(c.place_m - p) for c in CAMERAS] for p in now])
+    pictures = [
+        tuple(draw((696, 520), [(*project(c, p), radius[k, view], "red") for k, p in enumerate(now)]))
+        for view, c in enumerate(CAMERAS)
+    ]
+    expected = now[::-1]
+    lost = recovery.Lost(
+        hands, expected, np.array([[project(c, p) for c in CAMERAS] for p in expected]), radius,
+        np.full(2, 0.3), np.full(2, 0.02),
+    )  # fmt: skip
+    known = body.copy()
+    known[hands] = np.nan
+    mixer, none = colour.mixers(colour.chroma(colour.SKIN))["red"], np.empty((0, len(CAMERAS), 2))
+    found = recovery.seek(
+        packed(CAMERAS), [696] * 5, pictures, mixer, lost, none, known, recovery.lengths(body), 1.2
+    )  # fmt: skip
+    for hand, point in zip(hands, now, strict=True):
+        np.testing.assert_allclose(found[hand].point_m, point, atol=2e-3)
+
+
+def test_two_cut_discs_count_only_near_the_prediction():
+    """Two views that see a hand in part may meet by chance; a whole disc in both is enough farther away too."""
+    discs, nothing = seen_discs([0, 4], 0.5), np.full((1, 3), np.nan)
+    away = POINT_M + np.array([0.1, 0.0, 0.0])
+    for share, expected_m, told in [(0.5, away, False), (0.5, POINT_M + 0.01, True), (1.0, away, True)]:
+        discs[..., 3] = share
+        found = recovery.agree(packed(CAMERAS), discs, (0, 0), (4, 0), 1.2)
+        cost = recovery._cost(found, expected_m, 0.3, 0.03, np.full(1, np.nan), np.full(1, np.nan), nothing)
+        assert np.isfinite(cost) == told
+
+
+def test_a_hand_that_ran_away_is_sought_where_its_forearm_reaches():
+    body = standing()
+    hand, elbow = NAMES.index("right_hand"), NAMES.index("right_elbow")
+    places, known = body.copy(), body.copy()
+    places[hand], known[hand] = (-1.04, 1.12, 0.27), np.nan
+    held = recovery.lengths(body).held(places, known)
+    np.testing.assert_allclose(np.linalg.norm(held[hand] - body[elbow]), 0.27)
+    np.testing.assert_array_equal(np.delete(held, hand, axis=0), np.delete(body, hand, axis=0))

@@ -22,14 +22,17 @@ FAINTEST = 0.15
 ON_CIRCLE_PX = 0.7
 """An outline point this near to the circle lies on it."""
 
-WHOLE = (0.96, 1.08)
-"""Area of a whole disc, in areas of its circle."""
+WHOLE = (0.94, 1.06)
+"""Area of a whole disc, in areas of its circle: blur draws the edge of a small disc inwards a little."""
 
-ROUND = 1.25
+ROUND = 1.12
 """Most ratio of the two second moments of a whole disc."""
 
 LEAST_ARC = 0.35
 """Least share of a circle's outline that fixes its centre."""
+
+WELL_SEEN = 0.6
+"""A disc with this share of its outline in view is centred nearly as well as a whole one."""
 
 FEWEST_PIXELS = 6
 
@@ -159,9 +162,9 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
             dx, dy = points[k, 0] - x, points[k, 1] - y
             distance = np.sqrt(dx * dx + dy * dy)
             away = distance - radius
-            if abs(away) >= 1.5 * ON_CIRCLE_PX or distance == 0.0 or dx * points[k, 2] + dy * points[k, 3] > 0.0:
+            if abs(away) >= ON_CIRCLE_PX or distance == 0.0 or dx * points[k, 2] + dy * points[k, 3] > 0.0:
                 continue
-            weight = (1.0 - (away / (1.5 * ON_CIRCLE_PX)) ** 2) ** 2
+            weight = (1.0 - (away / (ON_CIRCLE_PX)) ** 2) ** 2
             dx, dy = dx / distance, dy / distance
             a, b, c = a + weight * dx * dx, b + weight * dx * dy, c + weight * dy * dy
             right_x, right_y = right_x + weight * away * dx, right_y + weight * away * dy

@@ -133,7 +133,7 @@ def _points(pictures: Sequence[Planes], cameras: Sequence[Camera], mixer: Mixer)
         radius = float(np.sqrt(np.prod(camera.focal_px)) * RADIUS_M / depth)
         radii.append(radius)
         middle, reach = project(camera, MIDDLE_M), STAGE_M * radius / RADIUS_M
-        found = recovery.discs(*planes, camera.size_px[0], *mixer, middle, reach, radius, none, none)
+        found = recovery.discs(*planes, camera.size_px[0], *mixer, middle, reach, radius, none)
         discs[number, : len(found)] = found
     rig, limit_px, chosen = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
     # A disc that a better point took is gone for the rest, which may then meet without it.

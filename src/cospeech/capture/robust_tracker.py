@@ -16,10 +16,10 @@ import numpy.typing as npt
 from cospeech.capture import kalman, recovery, rigid
 from cospeech.capture.camera import Camera
 from cospeech.capture.colour import Mixer
-from cospeech.capture.disc import measure
+from cospeech.capture.disc import WELL_SEEN, measure
 from cospeech.capture.footage import Planes
 from cospeech.capture.sights import JERK, SIGHT_SD_M, Sights
-from cospeech.capture.triangulate import packed, project_point, triangulate_packed
+from cospeech.capture.triangulate import consistent, packed, project_point, triangulate_packed
 from cospeech.markers import MARKERS, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
@@ -30,8 +30,8 @@ REACH_SDS = 1.0
 REACH_RADII = (0.4, 1.6)
 """but at least and at most this many of its radii."""
 
-WELL_SEEN = 0.6
-"""A disc with this share of its outline in view is centred as well as a whole one."""
+CUT_WEIGHT = 0.25
+"""Weight of a view that sees a disc well, but not whole."""
 
 PART_WEIGHT = 0.2
 """Weight of a view that sees less of a disc, where two do not see it well, times its share of outline squared."""
@@ -50,8 +50,14 @@ FARTHEST_STEP_M = 0.12
 
 STRAY_SDS = 3.0
 
-FADING = 0.5
-"""What is left of a hidden marker's speed after each frame."""
+STILL_M = 0.01
+"""How far beyond that a marker at rest may be from its prediction, as it starts or stops without warning."""
+
+NEAR_M = 0.05
+"""The farthest from where it is expected that two views may find a lost marker of which they see a part."""
+
+COVER_FOUND = (2e-3, 1.0, 10.0)
+"""Standard deviations of place, speed and acceleration of a marker that is found again."""
 
 
 @numba.njit(cache=True)
@@ -114,11 +120,9 @@ def _settle_owners(pixels: Floats, expected: Floats, radius: Floats, colour: npt
 
 
 @numba.njit(cache=True)
-def _predict(states: Floats, covers: Floats, hidden: npt.NDArray[np.int64], move: Floats, noise: Floats) -> None:
-    """Move the states and covariances (M, 3, 3) of all markers on by a frame, in place; hidden ones slow down."""
+def _predict(states: Floats, covers: Floats, move: Floats, noise: Floats) -> None:
+    """Move the states and covariances (M, 3, 3) of all markers on by a frame, in place."""
     for marker in range(len(states)):
-        if hidden[marker] > 0:
-            states[marker, 1:] *= FADING
         states[marker], covers[marker] = kalman.predict(states[marker], covers[marker], move, noise)
 
 
@@ -138,7 +142,9 @@ def weights(share_seen: Floats) -> Floats:
     """Return the weights (M, C) of views that see discs to shares (M, C): only well-seen ones where there are two."""
     well = share_seen >= WELL_SEEN
     part = PART_WEIGHT * np.square(share_seen)
-    return np.where(well, 1.0, np.where(well.sum(axis=1, keepdims=True) >= 2, 0.0, part))
+    return np.where(
+        well, np.where(share_seen < 1.0, CUT_WEIGHT, 1.0), np.where(well.sum(axis=1, keepdims=True) >= 2, 0.0, part)
+    )
 
 
 class RobustTracker:
@@ -171,6 +177,7 @@ class RobustTracker:
         self.states[:, 0] = first_m
         self.covers = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))
         self.hidden = np.zeros(len(MARKERS), dtype=int)
+        self.last_m = first_m.copy()
         self.started = False
 
     def step(self, pictures: Sequence[Planes], corrections: Sequence[tuple[int, int, float, float]] = ()) -> Sights:
@@ -179,7 +186,7 @@ class RobustTracker:
         ``corrections`` are (marker, view, x, y) that a person set for this frame.
         """
         if self.started:
-            _predict(self.states, self.covers, self.hidden, self.move, self.noise)
+            _predict(self.states, self.covers, self.move, self.noise)
         self.started = True
         expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
         pixels, n_pixels, share_seen = self._measure(pictures, expected, radius, reach)
@@ -189,13 +196,11 @@ class RobustTracker:
         _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
         limit = np.maximum(AGREE_PX, AGREE_RADII * np.median(radius, axis=1))
         points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
-        self._reject(points, used, residual, corrected)
+        self._reject(points, used, residual, corrected, limit)
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
         self._recover(sights, pictures, expected, radius, limit)
         _update(self.states, self.covers, self.hidden, points)
-        carried = rigid.carried(self.first_m, points)
-        held = np.isfinite(carried[:, 0])
-        self.states[held, 0], self.states[held, 1:] = carried[held], 0.0
+        self._wait(points)
         away = np.linalg.norm(pixels - _expect(self.packed, points, np.zeros(len(points)), RADIUS_M)[0], axis=-1)
         pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
         n_pixels[np.isnan(pixels[..., 0])] = 0
@@ -221,39 +226,66 @@ class RobustTracker:
         return pixels, n_pixels, share_seen
 
     def _reject(
-        self, points: Floats, used: npt.NDArray[np.bool_], residual: Floats, corrected: npt.NDArray[np.bool_]
+        self,
+        points: Floats,
+        used: npt.NDArray[np.bool_],
+        residual: Floats,
+        corrected: npt.NDArray[np.bool_],
+        limit: Floats,
     ) -> None:
-        """Drop points that are too far from their prediction or off their bones, unless a person set them."""
+        """Drop points that are too far from their prediction or off their bones, unless a person set them.
+
+        Where two views meet far from the prediction, one may show another's disc: all discs there are to be weighed.
+        """
+        by_hand = (used & corrected).any(axis=1)
         away = np.linalg.norm(points - self.states[:, 0], axis=1)
-        allowed = np.maximum(FARTHEST_STEP_M, STRAY_SDS * np.sqrt(self.covers[:, 0, 0]))
-        known = np.where((self.hidden == 0)[:, None], self.states[:, 0], np.nan)
-        wrong = ((away > allowed) | ~self.lengths.fit(points, known)) & ~(used & corrected).any(axis=1)
-        points[wrong], used[wrong], residual[wrong] = np.nan, False, np.nan
+        pair = used.sum(axis=1) == 2
+        stray = STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
+        allowed = np.where(pair, STILL_M + stray, np.maximum(FARTHEST_STEP_M, stray))
+        points[((away > allowed) | (pair & (residual > recovery.PAIR_PART * limit))) & ~by_hand] = np.nan
+        # Of two points that do not fit each other, the one that fits fewer of the rest, or went farther, is wrong.
+        while (misfits := self.lengths.misfits(points).sum(axis=1) * ~by_hand).any():
+            worst = np.flatnonzero(misfits == misfits.max())
+            points[worst[np.argmax(away[worst])]] = np.nan
+        wrong = np.isnan(points[:, 0])
+        used[wrong], residual[wrong] = False, np.nan
 
     def _recover(
         self, sights: Sights, pictures: Sequence[Planes], expected: Floats, radius: Floats, limit: Floats
     ) -> None:
-        """Seek the markers without a point, longest known first, and put what is found into ``sights``."""
+        """Seek the markers without a point, those of a colour together, and put what is found into ``sights``."""
         lost = np.isnan(sights.points_m[:, 0])
-        for marker in sorted(np.flatnonzero(lost).tolist(), key=lambda m: self.hidden[m]):
-            same = self.colour == self.colour[marker]
-            rivals = same & lost & (np.arange(len(lost)) != marker)
+        for colour in np.unique(self.colour[lost]):
+            same = self.colour == colour
+            members = np.flatnonzero(same & lost)
             found = recovery.seek(
-                self.packed, self.widths, pictures, Mixer(self.across, self.share[marker]), marker,
-                self.states[marker, 0], recovery.search_radius_m(int(self.hidden[marker])),
-                expected[marker], radius[marker],
-                np.where((sights.used & same[:, None])[..., None], sights.pixels, np.nan),
-                np.where(rivals[:, None, None], expected, np.nan),
-                sights.points_m, self.lengths, float(limit[marker]),
+                self.packed, self.widths, pictures, Mixer(self.across, self.share[members[0]]),
+                recovery.Lost(
+                    members, self.states[members, 0], expected[members], radius[members],
+                    recovery.search_radius_m(self.hidden[members]),
+                    np.minimum(NEAR_M, STILL_M + STRAY_SDS * np.sqrt(self.covers[members, 0, 0])),
+                ),
+                _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
+                sights.points_m, self.lengths, float(np.median(limit[members])),
             )  # fmt: skip
-            if not found.used.any():
-                continue
-            sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = (
-                found.point_m,
-                found.used,
-                found.rms,
-            )
-            sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
-            self.states[marker, 0], self.states[marker, 1:] = found.point_m, 0.0
-            self.covers[marker] = np.diag([2e-3**2, 1.0**2, 10.0**2])
-            lost[marker] = False
+            for marker, point in found.items():
+                self._take(marker, point, sights)
+
+    def _take(self, marker: int, found: recovery.Found, sights: Sights) -> None:
+        """Put a lost marker that was found into ``sights``, and follow it from there."""
+        point, used, rms = consistent(self.packed, found.pixels, weights(found.share_seen[None])[0], np.inf)
+        sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = point, used, rms
+        sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
+        # One that was seen a frame ago is as fast as it went; of another, nothing is known.
+        speed = (point - self.last_m[marker]) / self.move[0, 1] if self.hidden[marker] == 0 else 0.0
+        self.states[marker, 0], self.states[marker, 1], self.states[marker, 2] = point, speed, 0.0
+        self.covers[marker] = np.diag(np.square(COVER_FOUND))
+
+    def _wait(self, points: Floats) -> None:
+        """Let hidden markers rest where they were last seen, as far as the rest of the body does not carry them."""
+        seen = np.isfinite(points[:, 0])
+        self.last_m[seen] = points[seen]
+        carried = rigid.carried(self.first_m, points)
+        held = np.isfinite(carried[:, 0])
+        self.last_m = np.where(held[:, None], carried, self.lengths.held(self.last_m, points))
+        self.states[~seen, 0], self.states[~seen, 1:] = self.last_m[~seen], 0.0
