@@ -78,6 +78,11 @@ def speak(
     Raises
     ------
     UserError : where Praat knows no such voice.
+
+    Notes
+    -----
+    The synthesiser remembers what it has spoken before: the same bytes come from the first call of a process, as in a
+    job of the workflow.
     """
     duration_s = float(prosody["end_s"].iloc[-1])
     frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
