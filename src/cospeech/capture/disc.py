@@ -22,10 +22,10 @@ FAINTEST = 0.15
 ON_CIRCLE_PX = 0.7
 """An outline point this near to the circle lies on it."""
 
-WHOLE = (0.94, 1.06)
+WHOLE = (0.94, 1.08)
 """Area of a whole disc, in areas of its circle: blur draws the edge of a small disc inwards a little."""
 
-ROUND = 1.12
+ROUND = 1.15
 """Most ratio of the two second moments of a whole disc."""
 
 LEAST_ARC = 0.35
