@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 PLACE_M = {
     "head_left": (0.095, 0.10, 0.01),
     "head_right": (-0.095, 0.10, 0.01),
-    "head_front": (0.0, 0.15, 0.094),
+    "head_front": (0.0, 0.15, 0.100),
     "chest": (0.0, 0.10, 0.114),
     "back": (0.0, 0.10, -0.114),
     "left_shoulder": (0.18, 0.265, 0.0),
