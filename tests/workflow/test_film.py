@@ -23,7 +23,12 @@ SHEET = "reports/film/capture/ada_1.html"
 def project(tmp_path_factory):
     project = Project(tmp_path_factory.mktemp("film"))
     phrases = [
-        f"results/film/synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet" for record in RECORDS
+        f"results/film/{path}"
+        for record in RECORDS
+        for path in (
+            f"phrases/gesture/{record}.parquet",
+            f"synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet",
+        )
     ]
     project.make("markers", SCORES, SHEET, *phrases, TRUE_ANGLES, config=FILM)
     return project
