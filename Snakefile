@@ -71,6 +71,7 @@ if RECORDS:
     include: "workflow/rules/animation.smk"
     include: "workflow/rules/evaluation.smk"
     include: "workflow/rules/report.smk"
+    include: "workflow/rules/report_capture.smk"
 
 
 localrules:

@@ -177,10 +177,10 @@ def draw_exhibits(run, labels):
     stills = {"picture": run.path("animation/stills.png"), "table": run.path("animation/stills.parquet")}
     run.script("fig_4_3", "fig-4.3", stills)
     run.script("fig_6_3", "fig-6.3", {"trial": run.path("animation/smoothing.parquet")})
-    run.script("fig_6_4", "fig-6.4", {"picture": run.path("animation/strip.png")})
+    run.script("picture", "fig-6.4", {"picture": run.path("animation/strip.png")})
     moved = {name: run.path(f"evaluation/motion_{name}.parquet") for name in ("statistics", "histograms")}
     run.script("fig_motion", "fig-motion", moved, titles=TITLES | {"original": "original"})
-    run.script("fig_6_4", "fig-rig", {"picture": run.path("animation/strip.png")})
+    run.script("picture", "fig-rig", {"picture": run.path("animation/strip.png")})
     captured = {
         "scores": run.path("capture/capture_scores.parquet"),
         "effect": run.path("evaluation/film_effect.parquet"),

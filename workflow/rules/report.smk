@@ -332,11 +332,11 @@ if "motion" in BRINGS:
             f"{RESULTS}/benchmarks/fig_6_4.tsv"
         params:
             corpus=config["corpus"]["name"],
-            code=code("report/fig_6_4"),
+            code=code("report/picture"),
         message:
             "frames of a synthesised animation"
         script:
-            "../../scripts/report/fig_6_4.py"
+            "../../scripts/report/picture.py"
 
     rule fig_motion:
         input:
@@ -357,70 +357,6 @@ if "motion" in BRINGS:
             "how fast the hands move"
         script:
             "../../scripts/report/fig_motion.py"
-
-
-if VIRTUAL and FILMED:
-
-    rule table_capture:
-        input:
-            scores=rules.capture_scores.output.scores,
-            effect=rules.film_effect.output.effect,
-        output:
-            table=tabled("table-capture", "Capture"),
-        log:
-            f"{RESULTS}/logs/table_capture.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/table_capture.tsv"
-        params:
-            width_px=config["studio"]["camera_width_px"],
-            method=TRACKER,
-            bin_s=WIDEST_BIN_S,
-            corpus=config["corpus"]["name"],
-            code=code("report/table_capture"),
-        message:
-            "capture against truth, beside its goals"
-        script:
-            "../../scripts/report/table_capture.py"
-
-
-if FILMED:
-
-    rule fig_rig:
-        input:
-            picture=rules.calibrate.output.picture,
-        output:
-            **drawn("fig-rig", "Capture"),
-        log:
-            f"{RESULTS}/logs/fig_rig.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_rig.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_6_4"),
-        message:
-            "the rig, as it was found"
-        script:
-            "../../scripts/report/fig_6_4.py"
-
-
-if TAKES:
-
-    rule table_observability:
-        input:
-            tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=CAPTURED),
-        output:
-            table=tabled("table-observability", "Capture"),
-        log:
-            f"{RESULTS}/logs/table_observability.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/table_observability.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/table_observability"),
-        message:
-            "which joint angles the markers tell"
-        script:
-            "../../scripts/report/table_observability.py"
 
 
 if VIRTUAL:
@@ -530,31 +466,3 @@ rule page:
         "the page"
     script:
         "../../scripts/report/page.py"
-
-
-if FILMED:
-
-    rule quality_sheet:
-        input:
-            template=TEMPLATE / "quality.html.jinja",
-            parts=PARTS,
-            calibration=rules.calibrate.output.quality,
-            world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
-            spans=f"{RESULTS}/capture/{{record}}/marker_spans.parquet",
-            moments=rules.worst_moments.output.table,
-            pictures=rules.worst_moments.output.pictures,
-            overlay=rules.overlay.output.video,
-        output:
-            sheet=f"{REPORTS}/capture/{{record}}.html",
-        log:
-            f"{RESULTS}/logs/quality_sheet/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/quality_sheet/{{record}}.tsv"
-        params:
-            corrections=config["capture"]["corrections"],
-            corpus=config["corpus"]["name"],
-            code=code("report/quality_sheet"),
-        message:
-            "quality sheet of {wildcards.record}"
-        script:
-            "../../scripts/report/quality_sheet.py"
