@@ -8,6 +8,7 @@ from pathlib import Path
 
 import av
 import numpy as np
+from av.video.reformatter import VideoReformatter
 
 from cospeech.canvas import Image
 from cospeech.errors import UserError
@@ -24,8 +25,9 @@ def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
         with av.open(str(path)) as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
+            reformatter = VideoReformatter()
             for frame in container.decode(stream):
-                yield _rgb(frame, height_px)
+                yield _rgb(frame, height_px, reformatter)
     except (av.FFmpegError, IndexError) as error:
         raise _unreadable(path, error) from error
 
@@ -46,7 +48,8 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
             else:
                 shown = enumerate(islice(container.decode(stream), max(frames, default=-1) + 1))
                 chosen = ((number, frame) for number, frame in shown if number in frames)
-            found = {number: _rgb(frame, height_px) for number, frame in chosen}
+            reformatter = VideoReformatter()
+            found = {number: _rgb(frame, height_px, reformatter) for number, frame in chosen}
     except (av.FFmpegError, IndexError) as error:
         raise _unreadable(path, error) from error
     missing = sorted(set(frames) - set(found))
@@ -55,12 +58,12 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
     return found
 
 
-def _rgb(frame: av.VideoFrame, height_px: int | None) -> Image:
+def _rgb(frame: av.VideoFrame, height_px: int | None, reformatter: VideoReformatter) -> Image:
+    """Return one picture; a film's share a ``reformatter``, as the tables of a scaling cost as much as its use."""
     height = height_px or frame.height
     width = round(frame.width * height / frame.height)
-    return np.asarray(
-        frame.reformat(width, height, "rgb24", interpolation="FAST_BILINEAR").to_ndarray(), dtype=np.uint8
-    )
+    scaled = reformatter.reformat(frame, width, height, "rgb24", interpolation="FAST_BILINEAR")
+    return np.asarray(scaled.to_ndarray(), dtype=np.uint8)
 
 
 def _unreadable(path: str | Path, error: Exception) -> UserError:

@@ -83,7 +83,7 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
 def beside_film(
     images: Iterable[Image], shot: str | Path, frames: Iterable[int], height_px: int, caption: str
 ) -> Iterator[Image]:
-    """Yield ``images`` with a panel left of each that shows the film it was found in.
+    """Yield ``images`` with a panel left of each that shows the film it was found in; one array that changes.
 
     Parameters
     ----------
@@ -92,17 +92,20 @@ def beside_film(
     """
     height, width = panel_size(height_px)
     unit = height / 360
-    wall = np.zeros((height, width, 3), dtype=np.uint8)
     filmed = enumerate(films.pictures(shot, height))
     number = -1
+    both = np.zeros((height, width, 3), dtype=np.uint8)
     for image, frame in zip(images, frames, strict=True):
+        if both.shape[1] == width:
+            both = np.hstack([both, image])
         while number < frame:
             number, shown = next(filmed)
-        spare = width - shown.shape[1]
+        wall, spare = both[:, :width], width - shown.shape[1]
         wall[:, max(spare, 0) // 2 :][:, : shown.shape[1]] = shown[:, max(-spare, 0) // 2 :][:, :width]
         canvas.write(wall, "film", round(11 * unit), round(14 * unit), round(14 * unit), PALE, bold=True)
         canvas.write(wall, caption, height - round(19 * unit), round(14 * unit), round(10 * unit), canvas.FAINT)
-        yield np.hstack([wall, image])
+        both[:, width:] = image
+        yield both
 
 
 def _sheet(panel: Panel, strip: picture.Strip, caption: str, unit: float) -> Image:

@@ -22,6 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 NOISE = 1.5
 """Standard deviation of the sensor's noise, of 255."""
+PIXELS = "yuvj444p"
 QUALITY = 3
 """Quantiser of the encoder, 2 the finest."""
 BATCH = 64
@@ -47,6 +48,8 @@ def frames(
 ) -> Iterator[tuple[Planes, npt.NDArray[np.float64]]]:
     """Yield planes (3, H, W), Y, Cb, Cr in full range, and how many pixels of each marker are seen (15,).
 
+    The planes are one array that changes from frame to frame.
+
     Parameters
     ----------
     limbs_m, markers_m : (T, n, 2, 3) from ``stage.limbs`` and (T, 15, 3) from ``dress.wear``, metres.
@@ -57,6 +60,7 @@ def frames(
     sight, room = stage.sight(camera), stage.room(camera)
     empty = np.rint(paint.STEPS * room).astype(np.int16)
     picture, depth = np.empty_like(room), np.empty_like(room[0])
+    planes = np.empty(room.shape, dtype=np.uint8)
     radii = np.concatenate([stage.RADII_M, np.full(markers_m.shape[1], RADIUS_M)])
     for start in range(0, len(limbs_m), BATCH):
         limbs, markers = limbs_m[start : start + BATCH], markers_m[start : start + BATCH]
@@ -65,7 +69,7 @@ def frames(
         pixels, reach = outlines(camera, ends_m, radii)
         boxes = _boxes(camera, pixels, reach)
         for solid, ends, far, box in zip(solids, pixels, reach, boxes, strict=True):
-            planes, at = np.empty(room.shape, dtype=np.uint8), int(draw.integers(len(speckle)))
+            at = int(draw.integers(len(speckle)))
             seen = paint.draw(picture, depth, room, sight, solid, ends, far, stage.PAINT, limbs.shape[1], box)
             paint.grained(empty, speckle, at, planes)
             paint.expose(picture, speckle, at, box, planes)
@@ -87,16 +91,23 @@ def noted(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Plan
 
 
 def encode(path: Path, planes: Iterable[Planes], fps: float) -> None:
-    """Write ``planes``, each (3, H, W), as MJPEG 4:4:4 in Matroska."""
+    """Write ``planes``, each (3, H, W) and possibly one array that changes, as MJPEG 4:4:4 in Matroska."""
     with av.open(str(path), "w", format="matroska", container_options={"fflags": "+bitexact"}) as container:
-        stream = container.add_stream("mjpeg", rate=Fraction(fps).limit_denominator(1000))
+        rate = Fraction(fps).limit_denominator(1000)
+        stream = container.add_stream("mjpeg", rate=rate)
         stream.codec_context.thread_count = 1
-        stream.pix_fmt = "yuvj444p"
+        stream.pix_fmt = PIXELS
         stream.options = {"qmin": str(QUALITY), "qmax": str(QUALITY), "flags": "+bitexact"}
-        for frame in planes:
-            if not stream.codec_context.is_open:
+        shown = None
+        for number, frame in enumerate(planes):
+            if shown is None:  # one for all, as fresh memory for each costs as much as a third of its encoding
                 stream.height, stream.width = frame.shape[1:]
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="yuvj444p")))
+                shown = av.VideoFrame(stream.width, stream.height, PIXELS)
+            for plane, values in zip(shown.planes, frame, strict=True):
+                rows = np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
+                rows[:, : plane.width] = values
+            shown.pts, shown.time_base = number, 1 / rate
+            container.mux(stream.encode(shown))
         container.mux(stream.encode())
 
 

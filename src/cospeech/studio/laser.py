@@ -75,20 +75,23 @@ def sightings(cameras: Sequence[Camera], spots_m: Floats, seed: int) -> pd.DataF
 
 
 def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: float = NOISE) -> Iterator[Planes]:
-    """Yield the planes (3, H, W) of the take in one camera; ``seen`` are its rows of ``sightings``."""
+    """Yield the planes (3, H, W) of the take in one camera, one array that changes.
+
+    ``seen`` are the camera's rows of ``sightings``.
+    """
     width, height = camera.size_px
     draw = np.random.default_rng([seed, *camera.name.encode(), 9])
     grain = film.grain(noise, draw)
     dim = stage.room(camera) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
     empty = np.rint(paint.STEPS * np.clip(dim, *RANGE)).astype(np.int16)
     spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
+    picture, planes = np.empty_like(empty), np.empty(empty.shape, dtype=np.uint8)
     for frame in range(n_frames):
-        picture = empty.copy()
+        picture[:] = empty
         if frame in spots:
             _glow(picture, spots[frame], 1.0, width / 1392)
         if draw.random() < REFLECTED:
             _glow(picture, draw.uniform((0, 0), (width, height)), 0.35, width / 1392)
-        planes = np.empty(picture.shape, dtype=np.uint8)
         paint.grained(picture, grain, int(draw.integers(len(grain))), planes)
         yield planes
 
