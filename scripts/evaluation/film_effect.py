@@ -8,7 +8,5 @@ from cospeech.evaluation import film_effect, sessions
 with job.run(snakemake) as work:
     bootstrap = sessions.Bootstrap(**work.params["bootstrap"], seed=work.params["seed"])
     true = pd.concat([work.read(path, "record_scores") for path in work.input.true], ignore_index=True)
-    filmed = work.read(work.input.filmed, "session_scores")
-    work.write(
-        film_effect.film_effect(filmed, sessions.session_scores(true, bootstrap)), work.output.effect, "film_effect"
-    )
+    filmed = work.read(work.input.filmed, "record_scores")
+    work.write(film_effect.film_effect(filmed, true, bootstrap), work.output.effect, "film_effect")

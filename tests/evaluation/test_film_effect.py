@@ -1,25 +1,56 @@
-"""The difference that filming makes, by hand."""
+"""The difference that filming makes, by hand, and its interval."""
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from cospeech import tables
 from cospeech.evaluation.film_effect import film_effect
+from cospeech.evaluation.sessions import Bootstrap
+
+SETTINGS = Bootstrap(samples=400, level=0.95, seed=1)
+RECORDS = ("ada_1", "ada_2", "ada_3", "ada_4")
 
 
-def session(measure, value, system="hsmm_weighted", bin_s=np.nan):
-    return {
-        "system": system, "clusters": 8, "states": 3, "actor": "all", "measure": measure, "part": "whole",
-        "bin_s": bin_s, "value": value, "low": np.nan, "high": np.nan, "n": 4, "n_undefined": 0, "n_records": 4,
-    }  # fmt: skip
+def records(measure, values, system="hsmm_weighted", bin_s=np.nan, states=3):
+    return pd.DataFrame(
+        [
+            {
+                "system": system, "clusters": 8, "states": states, "actor": "ada", "record": record,
+                "measure": measure, "part": "whole", "bin_s": bin_s, "value": value, "duration_s": 60.0,
+            }
+            for record, value in zip(RECORDS, values, strict=True)
+        ]
+    )  # fmt: skip
 
 
-def test_differences_are_relative_to_the_true_score_and_of_what_both_hold():
-    filmed = [session("S", 0.63, bin_s=0.5), session("kappa", 0.2), session("D", 0.9), session("D", 0.8, "random")]
-    true = [session("D", 1.0), session("S", 0.60, bin_s=0.5), session("kappa", 0.0)]
-    found = film_effect(pd.DataFrame(filmed), pd.DataFrame(true))
-    assert list(found["measure"]) == ["S", "kappa", "D"]
-    assert found["system"].eq("hsmm_weighted").all()
-    np.testing.assert_allclose(found["difference_pct"], [5.0, np.nan, -10.0])
-    assert list(found["planted"]) == [0.60, 0.0, 1.0]
+def effect(filmed, true):
+    found = film_effect(pd.concat(filmed), pd.concat(true), SETTINGS)
     tables.validate(found, "film_effect", "here")
+    return found[found["actor"] == "all"].set_index("measure")
+
+
+def test_differences_are_relative_to_the_true_score_and_of_one_system_and_setting():
+    found = effect(
+        [
+            records("S", [0.6, 0.7, 0.6, 0.62], bin_s=0.5), records("kappa", [0.2] * 4), records("D", [0.9] * 4),
+            records("D", [0.5] * 4, system="random"), records("D", [0.4] * 4, states=5),
+        ],
+        [records("D", [1.0] * 4), records("S", [0.6] * 4, bin_s=0.5), records("kappa", [0.0] * 4)],
+    )  # fmt: skip
+    assert list(found.index) == ["S", "kappa", "D"]
+    assert found["system"].eq("hsmm_weighted").all()
+    np.testing.assert_allclose(found["filmed"], [0.63, 0.2, 0.9])
+    np.testing.assert_allclose(found["planted"], [0.6, 0.0, 1.0])
+    np.testing.assert_allclose(found["difference_pct"], [5.0, np.nan, -10.0])
+    assert found["n_records"].eq(4).all()
+
+
+def test_intervals_are_of_the_paired_difference():
+    """Records that differ much, but from their own truth always by as much, leave no doubt about the difference."""
+    true = [0.2, 0.9, 0.4, 0.7]
+    sure = effect([records("D", [value + 0.055 for value in true])], [records("D", true)]).loc["D"]
+    assert (sure["low_pct"], sure["high_pct"]) == pytest.approx((10.0, 10.0))
+    unsure = effect([records("D", [0.7, 0.4, 0.9, 0.2])], [records("D", true)]).loc["D"]
+    assert unsure["low_pct"] < -50.0 < 50.0 < unsure["high_pct"]
+    assert unsure["difference_pct"] == pytest.approx(0.0, abs=1e-9)

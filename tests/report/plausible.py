@@ -231,7 +231,7 @@ def film_effect() -> pd.DataFrame:
     setting = {"system": "hsmm_weighted", "clusters": 8, "states": 3, "part": "whole", "planted": 0.5, "n_records": 4}
     rows = [
         setting | {"actor": actor, "measure": measure, "bin_s": bin_s, "filmed": 0.5 + change / 200}
-        | {"difference_pct": change}
+        | {"difference_pct": change, "low_pct": change - 5.0, "high_pct": change + 5.0}
         for actor, change in (("all", 4.0), ("ada", 9.0), ("deniz", -1.0))
         for measure, bin_s in (("S", 0.25), ("S", 0.5), ("D", np.nan), ("frames_right", np.nan))
     ]  # fmt: skip

@@ -34,8 +34,15 @@ def test_what_filming_changes_is_judged_over_all_actors_together():
     assert found.index.tolist() == ["S_pct", "D_pct", "frames_right_pct"]
     assert found.loc["D_pct", ["mean", "lowest", "highest", "goal", "met"]].tolist() == [4.0, -1.0, 9.0, 5.0, True]
     assert "0.520 s by filmed joint angles, 0.500 s by the planted ones" in found.loc["D_pct", "meaning"]
-    far = plausible.film_effect().replace({"difference_pct": {4.0: -5.5}})
-    assert not capture.experiment(far, 0.5)["met"].any()
+
+
+@pytest.mark.parametrize(
+    ("change", "low", "high", "met"),
+    [(4.9, -20.0, 30.0, True), (-5.5, -9.0, -1.0, None), (-5.5, -9.0, -5.1, False), (7.0, 5.1, 9.0, False)],
+)
+def test_a_change_that_may_be_chance_is_neither_met_nor_missed(change, low, high, met):
+    effect = plausible.film_effect().assign(difference_pct=change, low_pct=low, high_pct=high)
+    assert capture.experiment(effect, 0.5)["met"].tolist() == [met] * 3
 
 
 def test_both_sides_are_one_row_of_what_the_markers_tell():

@@ -196,7 +196,7 @@ if VIRTUAL and FILMED:
 
     rule film_effect:
         input:
-            filmed=rules.session_scores.output.scores,
+            filmed=rules.record_scores.output.scores,
             true=expand(f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet", actor=ACTORS),
         output:
             effect=f"{RESULTS}/evaluation/film_effect.parquet",

@@ -4,16 +4,40 @@ from __future__ import annotations
 
 import pandas as pd
 
+from cospeech.evaluation import sessions
+
 KEY = ["system", "clusters", "states", "actor", "measure", "part", "bin_s"]
+QUANTITY = ["actor", "measure", "part", "bin_s"]
 
 
-def film_effect(filmed: pd.DataFrame, true: pd.DataFrame) -> pd.DataFrame:
-    """Return the table ``film_effect`` of two tables ``session_scores``, over what both hold.
+def film_effect(filmed: pd.DataFrame, true: pd.DataFrame, settings: sessions.Bootstrap) -> pd.DataFrame:
+    """Return the table ``film_effect``: session scores from films and from true angles, and their difference.
 
-    The difference is relative to the true score, in percent, and missing where that is 0 or undefined.
+    The two are held against each other as two systems are: paired by record, with intervals over the records. The
+    difference is relative to the true score, in percent, and missing where that is 0 or undefined.
+
+    Parameters
+    ----------
+    filmed : the table ``record_scores``.
+    true : the same of one system and setting, which tells those of ``filmed`` that count.
     """
-    both = filmed.merge(true[[*KEY, "value"]], on=KEY, suffixes=("", "_true"), validate="1:1")
-    size = both["value_true"].abs()
-    relative = 100.0 * (both["value"] - both["value_true"]) / size.where(size > 0)
-    table = both.assign(filmed=both["value"], planted=both["value_true"], difference_pct=relative)
-    return table[[*KEY, "filmed", "planted", "difference_pct", "n_records"]]
+    system, clusters, states = true[["system", "clusters", "states"]].iloc[0]
+    own = filmed[(filmed["system"] == system) & (filmed["clusters"] == clusters) & (filmed["states"] == states)]
+    both = pd.concat([own.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
+    scores = sessions.session_scores(both, settings)
+    filmed_scores, true_scores = (scores[scores["system"] == side] for side in ("filmed", "planted"))
+    pairs = sessions.differences(both, clusters, states, settings)
+    table = (
+        filmed_scores.merge(true_scores[[*QUANTITY, "value"]], on=QUANTITY, suffixes=("", "_true"), validate="1:1")
+        .merge(pairs[pairs["system"] == "filmed"], on=QUANTITY, suffixes=("", "_apart"), validate="1:1")
+        .assign(system=system)
+    )
+    size = table["value_true"].abs()
+    relative = 100.0 / size.where(size > 0)
+    return table.assign(
+        filmed=table["value"],
+        planted=table["value_true"],
+        difference_pct=relative * (table["value"] - table["value_true"]),
+        low_pct=relative * table["low_apart"],
+        high_pct=relative * table["high_apart"],
+    )[[*KEY, "filmed", "planted", "difference_pct", "low_pct", "high_pct", "n_records"]]

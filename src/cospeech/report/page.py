@@ -194,6 +194,9 @@ def recovery_table(table: pd.DataFrame) -> Table:
     return Table(["quantity", "on", "mean", "range", "values"], _text(rows), (1,))
 
 
+VERDICTS = {"True": "met", "False": "missed"}
+
+
 def capture_table(table: pd.DataFrame) -> Table:
     """Return what capture found beside its goals for the page; what has no unit is counted."""
     rows = []
@@ -209,7 +212,9 @@ def capture_table(table: pd.DataFrame) -> Table:
                 f"{mean} {unit}",
                 "" if row["values"] == 1 else f"{lowest} to {highest}",
                 "" if pd.isna(row["goal"]) else f"{row['goal']:g} {unit}",
-                {"True": "met", "False": "missed"}.get(str(row["met"]), ""),
+                ""
+                if pd.isna(row["goal"])
+                else {"True": "met", "False": "missed"}.get(str(row["met"]), "may be chance"),
             ]
         )
     return Table(["error", "method", "mean", "over records", "goal", ""], _text(rows), (1, 5))
