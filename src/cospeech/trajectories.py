@@ -15,6 +15,9 @@ Floats = npt.NDArray[np.float64]
 
 AXES = ["x_m", "y_m", "z_m"]
 
+SEEN = ("seen", "corrected")
+"""How a place came to be that was measured, not predicted."""
+
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres in the units that marker files name."""
 

@@ -45,3 +45,19 @@ def test_a_subject_without_markers_on_legs_and_back_has_still_legs_and_the_same_
     assert states["chest", "x"] == states["left_arm", "z"] == "measured"
     arm = ["left_arm_x_deg", "left_forearm_x_deg", "right_arm_z_deg"]
     assert (few.motion[arm] - full.motion[arm]).abs().to_numpy().max() < 3
+
+
+def test_a_predicted_place_says_nothing_of_the_body():
+    take, _ = recordings()
+    table = trajectories.to_table(take, markers.NAMES, subject.FPS)
+    believed = table["marker"].eq("left_elbow") & table["frame"].between(240, 279)
+    assert believed.sum() == 40
+    far, lost = table.copy(), table.copy()
+    far.loc[believed, trajectories.AXES] += 0.03
+    far.loc[believed, "status"] = "predicted"
+    lost.loc[believed, trajectories.AXES] = np.nan
+    lost.loc[believed, "status"] = "lost"
+    models = [skeleton_fit.subject(each, subject.STATIC_S) for each in (far, lost)]
+    np.testing.assert_array_equal(models[0].offsets_m, models[1].offsets_m)
+    far.loc[believed, "status"] = "seen"
+    assert np.abs(skeleton_fit.subject(far, subject.STATIC_S).offsets_m - models[0].offsets_m).max() > 0.002

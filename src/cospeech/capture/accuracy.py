@@ -24,7 +24,6 @@ from cospeech.capture.triangulate import triangulate
 Floats = npt.NDArray[np.float64]
 Rows = list[dict[str, Any]]
 
-SEEN = ("seen", "corrected")
 VISIBLE = 1 / 3
 """Share of a marker's disc from which a view counts as showing it."""
 SWAP_M = 0.03
@@ -123,13 +122,13 @@ def tracking(
     cameras : the planted cameras.
     """
     both = views.merge(true_views, on=["frame", "camera", "marker"], suffixes=("", "_true"))
-    seen_views = both["status"].isin(SEEN).to_numpy()
+    seen_views = both["status"].isin(trajectories.SEEN).to_numpy()
     off_px = np.linalg.norm(both[["x_px", "y_px"]].to_numpy() - both[["x_px_true", "y_px_true"]].to_numpy(), axis=1)
 
     there = trajectories.to_array(true_world, markers.NAMES)
     here = movement.points(trajectories.to_array(world, markers.NAMES))
     status = _status(world)
-    seen, lost = np.isin(status, SEEN), status == "lost"
+    seen, lost = np.isin(status, trajectories.SEEN), status == "lost"
     off = np.linalg.norm(here - there, axis=2)
     nearest = np.linalg.norm(here[:, :, None] - there[:, None], axis=3).argmin(axis=2)
     swaps = seen & ((off > SWAP_M) | (nearest != np.arange(len(markers.NAMES))))
@@ -180,7 +179,7 @@ def angles(
     turned = movement.turns(_chain(motion)[0])
     true, true_places = _chain(true_motion)
     there = trajectories.to_array(true_world, markers.NAMES)
-    known = np.isin(_status(world), SEEN)
+    known = np.isin(_status(world), trajectories.SEEN)
     off: dict[str, list[Floats]] = {"upper_arm_deg": [], "elbow_hand_deg": [], "axial_deg": []}
     for side in ("left", "right"):
         upper, fore = (skeleton.JOINTS.index(f"{side}_{part}") for part in ("arm", "forearm"))

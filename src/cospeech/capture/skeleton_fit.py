@@ -58,11 +58,14 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
 def subject(take: pd.DataFrame, static_s: float) -> BodyModel:
     """Return the body model of a range-of-motion take (a ``markers_3d`` table) that begins with the static pose.
 
+    What was predicted, not seen, does not count: it says what the tracker believes, not where joints are.
+
     Raises
     ------
     UserError : where the take determines no body model.
     """
-    places = trajectories.to_array(take, markers.NAMES)
+    seen = take[trajectories.AXES].where(take["status"].isin(trajectories.SEEN))
+    places = trajectories.to_array(take.assign(**seen), markers.NAMES)
     return refined(body_model(places, trajectories.frame_rate(take), static_s), places)
 
 
