@@ -57,6 +57,16 @@ def test_a_line_a_finished_job_with_the_time_that_its_like_will_take(monkeypatch
     ]
 
 
+def test_rules_that_have_not_run_are_expected_to_be_as_long_as_most(monkeypatch, clock, capsys):
+    run = handler(monkeypatch)
+    run.emit(event("run_info", "Job stats", stats={"film": 1, "table": 1, "figure": 1, "page": 10, "total": 13}))
+    for number, (rule, seconds) in enumerate((("film", 100), ("table", 2), ("figure", 3))):
+        run.emit(event("job_info", jobid=number, rule_name=rule, rule_msg=rule))
+        clock.s += seconds
+        run.emit(event("job_finished", job_id=number))
+    assert "about 0:00:30 left" in capsys.readouterr().err.splitlines()[-1]
+
+
 def test_errors_pass_through(monkeypatch, capsys):
     run = handler(monkeypatch)
     run.emit(event("job_error", "Error in rule slow"))

@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter, defaultdict
 from logging import LogRecord
+from statistics import median
 from typing import NamedTuple
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
@@ -81,13 +82,14 @@ class LogHandler(LogHandlerBase):
     def left_s(self, now_s: float) -> float:
         """Return the seconds that the jobs still to run may take, as many side by side as so far.
 
-        A job is expected to take what the jobs of its rule took, or, where none has finished, what a job took.
+        A job is expected to take what the jobs of its rule took, or, where none has finished, what the middle one of
+        the other rules takes: most rules are short, and the long ones, which come first, say little of them.
         """
-        mean_s = sum(self.spent_s.values()) / self.finished.total()
-        expected_s = 0.0
-        for rule, number in self.planned.items():
-            each_s = self.spent_s[rule] / self.finished[rule] if self.finished[rule] else mean_s
-            expected_s += (number - self.finished[rule]) * each_s
+        each_s = {rule: self.spent_s[rule] / number for rule, number in self.finished.items()}
+        usual_s = median(each_s.values())
+        expected_s = sum(
+            (number - self.finished[rule]) * each_s.get(rule, usual_s) for rule, number in self.planned.items()
+        )
         expected_s -= sum(now_s - job.begun_s for job in self.running.values())
         side_by_side = max(1.0, sum(self.spent_s.values()) / (now_s - self.begun_s))
         return max(0.0, expected_s) / side_by_side
