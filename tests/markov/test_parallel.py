@@ -21,7 +21,7 @@ FLOOR = 1e-3
 def counts_of(expect, model, frames, clamp):
     """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
-    counts = expect(parallel._packed(model), frames, clamp or parallel.unclamped(branches))
+    counts = expect(parallel._forms(model), frames, clamp or parallel.unclamped(branches))
     if np.isnan(counts.log_likelihood):
         return counts.log_likelihood, ()
     pivot = counts.pivot[:, None]
