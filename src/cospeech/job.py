@@ -39,6 +39,7 @@ class Job:
         self.params: dict[str, Any] = dict(snakemake.params.items())
         self.corpus: str = self.params["corpus"]
         self.rule: str = snakemake.rule
+        self.config_hash = settings_hash(self.params)
 
     def read(self, path: str, schema: str, columns: list[str] | None = None) -> pd.DataFrame:
         """Read one table (see ``tables.read``)."""
@@ -46,7 +47,7 @@ class Job:
 
     def write(self, frame: pd.DataFrame, path: str, schema: str) -> None:
         """Write one table with the origin of this job in its metadata (see ``tables.write``)."""
-        tables.write(frame, path, schema, corpus=self.corpus, config_hash=settings_hash(self.params))
+        tables.write(frame, path, schema, corpus=self.corpus, config_hash=self.config_hash)
 
     def say(self, message: str) -> None:
         """Put one line into the log of this job."""

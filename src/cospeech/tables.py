@@ -120,23 +120,23 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
                 f"{where}: column '{column.name}' is missing; a {table.name} table has the columns "
                 f"{', '.join(c.name for c in table.columns)}"
             )
-    for name in frame.columns:
-        description = table.column(name)
+    for name, values in frame.items():
+        description = table.column(str(name))
         if description is None:
             raise UserError(
                 f"{where}: unknown column '{name}' (wrong unit or name?); see data_schema/{table.name}.yaml"
             )
-        _check_values(frame[name], description, f"{where}: column '{name}'")
+        _check_values(values, description, f"{where}: column '{name}'")
     if table.key and frame.duplicated(list(table.key)).any():
         row = int(np.flatnonzero(frame.duplicated(list(table.key)))[0])
         raise UserError(f"{where}: row {row} repeats the key ({', '.join(table.key)}) of an earlier row")
 
 
 def _check_values(values: pd.Series, column: Column, where: str) -> None:
-    missing = values.isna().to_numpy()
+    missing = np.asarray(values.array.isna())  # most tables are small: the Series around it would cost more
     if missing.any() and not column.nullable:
         raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
-    present = values[~missing]
+    present = values[~missing] if missing.any() else values
     if column.type in ("int32", "int64", "float64"):
         if not pd.api.types.is_numeric_dtype(present.dtype) and len(present):
             raise UserError(f"{where}: holds {present.dtype} where numbers ({column.type}) belong")
@@ -180,22 +180,27 @@ def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: st
     table = schema(schema_name)
     named = [column.name for column in table.columns]
     order = named + [name for name in frame.columns if name not in named]
-    fields = []
-    for name in order:
-        column = table.column(name)
-        assert column is not None  # validate() saw to it
-        unit = {b"unit": column.unit.encode()} if column.unit else None
-        fields.append(pa.field(name, ARROW_TYPES[column.type], column.nullable, metadata=unit))
+    fields = [_field(table, name) for name in order]
     metadata = {
         "schema": table.name,
         "schema_version": str(table.version),
         "corpus": corpus,
         "config_hash": config_hash,
     }
-    arrow = pa.Table.from_pandas(frame[order], schema=pa.schema(fields), preserve_index=False)
+    columns = [pa.array(frame[field.name], field.type, from_pandas=True) for field in fields]
+    arrow = pa.Table.from_arrays(columns, schema=pa.schema(fields))
     arrow = arrow.replace_schema_metadata(metadata | {"content": _digest(arrow, metadata)})
     with replacing(path) as temporary:
         pq.write_table(arrow, temporary, write_page_checksum=True, compression="zstd")
+
+
+@functools.cache
+def _field(table: Schema, name: str) -> pa.Field:
+    """Return a column of the schema as Arrow describes it, its unit included."""
+    column = table.column(name)
+    assert column is not None  # validate() saw to it
+    unit = {b"unit": column.unit.encode()} if column.unit else None
+    return pa.field(name, ARROW_TYPES[column.type], column.nullable, metadata=unit)
 
 
 def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -> pd.DataFrame:
@@ -262,7 +267,8 @@ def _read_arrow(path: str | Path) -> pa.Table:
     if not Path(path).is_file():
         raise UserError(f"{path}: no such file; run the workflow for it first")
     try:
-        return pq.read_table(path, page_checksum_verification=True)
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            return file.read(use_threads=False)  # jobs share the cores, and small tables are not worth a thread
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = str(error).splitlines()[0]
         raise UserError(

@@ -13,6 +13,7 @@ from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
 from cospeech.markov.parallel_density import BLOCK
+from cospeech.markov.parallel_scaled import KEPT
 
 SHAPES = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (2, 3), (3, 2)]
 FLOOR = 1e-3
@@ -21,7 +22,7 @@ FLOOR = 1e-3
 def counts_of(expect, model, frames, clamp):
     """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
-    counts = expect(parallel._packed(model), frames, clamp or parallel.unclamped(branches))
+    counts = expect(parallel._forms(model), frames, clamp or parallel.unclamped(branches))
     if np.isnan(counts.log_likelihood):
         return counts.log_likelihood, ()
     pivot = counts.pivot[:, None]
@@ -97,6 +98,18 @@ def test_equals_hmmlearn(branches, states):
         if states > 1:  # with one state, staying and coming back are one step to hmmlearn and two to us
             score, _ = peer.decode(sequence)
             assert parallel.decode(model, sequence).score == pytest.approx(score, rel=1e-9)
+
+
+def test_counts_of_a_sequence_longer_than_what_is_kept_equal_the_exact_ones():
+    rng = np.random.default_rng(5)
+    model = random_model(rng, 3, 2, 2)
+    frames = sample(model, (KEPT + 2) * BLOCK + 5, rng)[0]
+    (scaled, counts), (exact, true) = (
+        counts_of(expect, model, frames, None) for expect in (parallel._expect_scaled, parallel._expect_exact)
+    )
+    assert scaled == pytest.approx(exact, rel=1e-12)
+    for found, expected in zip(counts, true, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_one_update_equals_hmmlearn_s():

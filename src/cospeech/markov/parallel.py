@@ -133,6 +133,19 @@ def _in_lanes(packed: Packed) -> Packed:
     return Packed(_vectors(packed.entry, n_branches, 0.0)[0], stay, leave, weight, shift, constant, packed.pivot)
 
 
+class Forms(NamedTuple):
+    """The parameters as both ways to expect take them: in lanes for scaled probabilities, and in logarithms."""
+
+    n_branches: int
+    scaled: Packed
+    exact: Packed
+
+
+def _forms(model: ParallelHMM) -> Forms:
+    packed = _packed(model)
+    return Forms(len(model.entry), _in_lanes(packed), _in_logs(packed, np.e))
+
+
 def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     """Return (N * M,) or (N * M, D) as (N, G, LANES) or (N, G, D, LANES)."""
     by_place = values.reshape(-1, n_branches, *values.shape[1:])
@@ -156,7 +169,7 @@ def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | N
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
     """Return log P(frames | model) of one sequence (T, D), over the paths that ``clamp`` admits."""
-    return _expect_one(_packed(model), frames, clamp or unclamped(len(model.entry))).log_likelihood
+    return _expect_one(_forms(model), frames, clamp or unclamped(len(model.entry))).log_likelihood
 
 
 def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None = None) -> Counts:
@@ -166,10 +179,10 @@ def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | No
     ------
     UserError : where the clamp of a sequence admits no path.
     """
-    packed = _packed(model)
+    forms = _forms(model)
     total: Counts | None = None
     for index, (frames, clamp) in enumerate(zip(sequences, _clamps(model, sequences, clamps), strict=True)):
-        counts = _expect_one(packed, frames, clamp)
+        counts = _expect_one(forms, frames, clamp)
         if counts.log_likelihood == -np.inf:
             raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
         total = counts if total is None else _sum(total, counts)
@@ -182,15 +195,15 @@ def _sum(one: Counts, other: Counts) -> Counts:
     return Counts._make(a + b for a, b in pairs)._replace(pivot=one.pivot)
 
 
-def _expect_one(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
+def _expect_one(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
     """Return the expected counts of one sequence: in scaled probabilities or, if these are unsure, in logarithms."""
-    counts = _expect_scaled(packed, frames, clamp)
-    return counts if np.isfinite(counts.log_likelihood) else _expect_exact(packed, frames, clamp)
+    counts = _expect_scaled(forms, frames, clamp)
+    return counts if np.isfinite(counts.log_likelihood) else _expect_exact(forms, frames, clamp)
 
 
-def _expect_scaled(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
-    n_branches, n_features = len(packed.entry), len(packed.pivot)
-    given = _in_lanes(packed)
+def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
+    n_branches, given = forms.n_branches, forms.scaled
+    n_features = len(given.pivot)
     entered, final = np.zeros_like(given.entry), np.zeros_like(given.stay)
     moments = np.zeros((*final.shape[:2], 1 + 2 * n_features, LANES))
     found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final)
@@ -202,17 +215,18 @@ def _expect_scaled(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
     arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
     occupied, first, second = sums[0], sums[1 : 1 + n_features], sums[1 + n_features :]
     stayed = np.maximum(occupied - arrived, 0.0)
-    return Counts(found * np.log(2.0), begun, occupied, stayed, left.ravel(), first, second, packed.pivot)
+    return Counts(found * np.log(2.0), begun, occupied, stayed, left.ravel(), first, second, given.pivot)
 
 
-def _expect_exact(packed: Packed, frames: Floats, clamp: Clamp) -> Counts:
-    n_branches, n_states, n_features = len(packed.entry), len(packed.stay), len(packed.pivot)
+def _expect_exact(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
+    given = forms.exact
+    n_branches, n_states, n_features = forms.n_branches, len(given.stay), len(given.pivot)
     counts = (
         np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
         np.zeros((n_features, n_states)), np.zeros((n_features, n_states)),
     )  # fmt: skip
-    found = parallel_exact.expect(frames, *clamp, *_in_logs(packed, np.e), *counts)
-    return Counts(found * np.log(2.0), *counts, packed.pivot)
+    found = parallel_exact.expect(frames, *clamp, *given, *counts)
+    return Counts(found * np.log(2.0), *counts, given.pivot)
 
 
 def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:

@@ -7,7 +7,8 @@ have to do it.
 
 States lie in vectors as in ``parallel_density``: branches begin in the first place and end in the last, and
 what leaves a place enters the next. Memory hardly grows with the length of a sequence: the forward
-pass keeps one frame in ``BLOCK``, and each block is computed anew when the backward pass arrives there.
+pass keeps one frame in ``BLOCK``, and each block is computed anew when the backward pass arrives there, but for the
+densities of the last ``KEPT`` blocks.
 """
 
 from __future__ import annotations
@@ -26,11 +27,15 @@ from cospeech.markov.parallel_density import (
     Float,
     copy,
     fill,
+    load,
     scale,
 )
 
 NOTHING = BLOCK + 1
 """The row of a block's forward probabilities that is always 0."""
+
+KEPT = 32
+"""Blocks whose densities are kept for the backward pass: all of a record of a minute or two, and still in a cache."""
 
 FREE, MUST, NEVER = 0, 1, 2
 """A frame's cut: a segment may begin here, must begin here, or must not."""
@@ -178,7 +183,7 @@ def expect(
     n_places, n_groups = stay.shape[:2]
     n_blocks = (n_frames + BLOCK - 1) // BLOCK
     block, bars = np.zeros((BLOCK, n_features)), np.zeros((BLOCK, n_groups, LANES))
-    density, top = np.empty((BLOCK, n_places, n_groups, LANES)), np.empty(BLOCK)
+    kept, top = np.empty((min(n_blocks, KEPT), BLOCK, n_places, n_groups, LANES)), np.empty(BLOCK)
     alphas = np.zeros((NOTHING + 1, n_places, n_groups, LANES))
     scales, nodes = np.ones(BLOCK + 1), np.ones(BLOCK + 1)
     checkpoints, returns = np.empty((n_blocks, n_places, n_groups, LANES)), np.empty(n_blocks)
@@ -188,6 +193,7 @@ def expect(
         copy(alphas[n], checkpoints[j])
         copy(alphas[n], alphas[0])
         returns[j] = nodes[0] = nodes[n]
+        density = kept[j % KEPT]
         n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, bars, density, top)
         left = _forward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes)
         if left == 0.0:
@@ -204,7 +210,11 @@ def expect(
     for j in range(n_blocks - 1, -1, -1):
         copy(checkpoints[j], alphas[0])
         nodes[0] = returns[j]
-        n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, bars, density, top)
+        density = kept[j % KEPT]
+        if j >= n_blocks - KEPT:
+            n = load(frames, j * BLOCK, pivot, block)
+        else:
+            n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, bars, density, top)
         _forward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes)
         bound = _backward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes, beta, entered)
         _gather(n, block, alphas, moments)

@@ -65,7 +65,8 @@ def from_clusters(
     ------
     UserError : where the sequences are too short to give every branch a segment.
     """
-    segments = [piece for frames in sequences for piece in _cut(frames, max(length, states), states, rng)]
+    cuts = [_cut(len(frames), max(length, states), states, rng) for frames in sequences]
+    segments = [piece for frames, cut in zip(sequences, cuts, strict=True) for piece in np.split(frames, cut[1:])]
     if len(segments) < n_branches:
         n_frames = sum(len(frames) for frames in sequences)
         raise UserError(
@@ -73,18 +74,27 @@ def from_clusters(
             "choose fewer clusters or give longer recordings"
         )
     spread = np.concatenate(sequences).std(axis=0)
-    course = np.array([[part.mean(axis=0) / spread for part in parts(segment, states)] for segment in segments])
-    labels = k_means(course.reshape(len(segments), -1), n_branches, rng)
+    course = np.concatenate([_means(frames, cut, states) for frames, cut in zip(sequences, cuts, strict=True)])
+    labels = k_means((course / spread).reshape(len(segments), -1), n_branches, rng)
     groups = [[segments[i] for i in np.flatnonzero(labels == m)] for m in range(n_branches)]
     return from_segments(groups, states, floor)
 
 
-def _cut(frames: Floats, length: int, shortest: int, rng: np.random.Generator) -> list[Floats]:
-    """Return a sequence cut into segments of random length, 0.5 to 1.5 times ``length``, at least ``shortest``."""
-    steps = rng.uniform(0.5, 1.5, size=2 * len(frames) // length + 2) * length
+def _cut(n_frames: int, length: int, shortest: int, rng: np.random.Generator) -> Ints:
+    """Return where segments of random length begin, 0.5 to 1.5 times ``length``, at least ``shortest``: (L,)."""
+    steps = rng.uniform(0.5, 1.5, size=2 * n_frames // length + 2) * length
     edges = np.cumsum(np.maximum(np.round(steps).astype(np.int64), shortest))
-    edges = edges[edges <= len(frames) - shortest]
-    return np.split(frames, edges)
+    return np.append(0, edges[edges <= n_frames - shortest])
+
+
+def _means(frames: Floats, cut: Ints, states: int) -> Floats:
+    """Return the means of the ``states`` parts of each segment, (L, states, D); see ``parts``."""
+    lasting = np.diff(np.append(cut, len(frames)))[:, None]
+    first = (cut[:, None] + np.arange(states) * lasting // states).ravel()
+    n_of_part = np.diff(np.append(first, len(frames)))
+    part = np.repeat(np.arange(len(first)), n_of_part)
+    sums = np.column_stack([np.bincount(part, weights=feature) for feature in frames.T])
+    return np.asarray(sums / n_of_part[:, None]).reshape(len(cut), states, -1)
 
 
 def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Ints:

@@ -11,7 +11,7 @@ with the record; with ``right`` the record cuts it off, and P(duration >= k) tak
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -255,7 +255,18 @@ def decode(
     Equal paths are told apart from the end: the last state that the model names first wins, then the shortest
     last phrase, and so on towards the beginning.
     """
-    logs = _logs(model, observations, weight, censoring)
+    return decode_each(model, observations, [weight], censoring)[0]
+
+
+def decode_each(
+    model: SemiMarkov, observations: npt.ArrayLike, weights: Sequence[float], censoring: Censoring = "none"
+) -> list[Path]:
+    """Return the best path under each emission weight; see ``decode``."""
+    logs = _logs(model, observations, 0.0, censoring)
+    return [_best_path(model, logs._replace(emissions=_emissions(model, weight))) for weight in weights]
+
+
+def _best_path(model: SemiMarkov, logs: _Logs) -> Path:
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
     block = semi_kernels.BLOCK
@@ -340,21 +351,24 @@ def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censori
     last = model.durations
     if censoring == "right":
         last = np.minimum(np.cumsum(last[:, ::-1], axis=1)[:, ::-1], 1.0)  # P(duration >= k)
-    if weight == 0:
-        emissions = np.zeros_like(model.emissions)
-    elif (model.emissions > 0).all():
-        emissions = weight * np.log(model.emissions)
-    else:
-        raise ValueError("an emission probability is 0; floor the model")
     with np.errstate(divide="ignore"):
         return _Logs(
             np.log(model.initial),
             np.log(model.transitions),
             np.log(model.durations),
             np.ascontiguousarray(np.log(last)),
-            emissions,
+            _emissions(model, weight),
             codes,
         )
+
+
+def _emissions(model: SemiMarkov, weight: float) -> Float:
+    """Return the weighted logarithms of the emissions, (S, K)."""
+    if weight == 0:
+        return np.zeros_like(model.emissions)
+    if not (model.emissions > 0).all():
+        raise ValueError("an emission probability is 0; floor the model")
+    return weight * np.log(model.emissions)
 
 
 def _score(logs: _Logs, starts: Int, states: Int) -> float:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from cospeech.markov import semi
 
+Ints = npt.NDArray[np.int64]
+
 
 def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     """Return Cohen's kappa of two label sequences, (T,) each; 0 where chance alone would agree wholly."""
     names, codes = np.unique(np.concatenate([actual, made]), return_inverse=True)
-    one, other = np.split(codes, 2)
-    together = np.bincount(one * len(names) + other, minlength=len(names) ** 2).reshape(len(names), -1) / len(one)
+    return _kappa_of_codes(*np.split(codes, 2), len(names))
+
+
+def _kappa_of_codes(one: Ints, other: Ints, n_names: int) -> float:
+    together = np.bincount(one * n_names + other, minlength=n_names**2).reshape(n_names, -1) / len(one)
     right = float(np.trace(together))
     chance = float(together.sum(axis=1) @ together.sum(axis=0))
     return (right - chance) / (1 - chance) if chance < 1 else 0.0
@@ -28,12 +35,12 @@ def boundary_distance(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     return float(np.mean(np.minimum(np.abs(given - before), np.abs(behind - given))))
 
 
-def agreement(actual: pd.DataFrame, path: semi.Path) -> float:
-    """Return kappa of the frames less the boundary distance in units of the mean real phrase.
+def agreements(actual: pd.DataFrame, paths: Sequence[semi.Path]) -> list[float]:
+    """Return of each path kappa of the frames less the boundary distance in units of the mean real phrase.
 
     Parameters
     ----------
-    actual : segment table of one record. path : phrases made for the same frames.
+    actual : segment table of one record. paths : phrases made for the same frames.
 
     Notes
     -----
@@ -42,10 +49,15 @@ def agreement(actual: pd.DataFrame, path: semi.Path) -> float:
     """
     starts, labels = actual["start_frame"].to_numpy(), actual["label"].to_numpy(dtype=str)
     n_frames = int(actual["end_frame"].iloc[-1])
-    # Phrases are few and frames many: the labels become numbers before they are laid out over the frames.
-    _, codes = np.unique(np.concatenate([labels, path.labels.astype(str)]), return_inverse=True)
-    real, made = (
-        np.repeat(code, np.diff(np.append(start, n_frames)))
-        for code, start in ((codes[: len(labels)], starts), (codes[len(labels) :], path.starts))
-    )
-    return kappa(real, made) - boundary_distance(starts, path.starts) / (n_frames / len(actual))
+
+    def of(path: semi.Path) -> float:
+        # Phrases are few and frames many: the labels become numbers before they are laid out over the frames.
+        names, codes = np.unique(np.concatenate([labels, path.labels.astype(str)]), return_inverse=True)
+        real, made = (
+            np.repeat(code, np.diff(np.append(start, n_frames)))
+            for code, start in ((codes[: len(labels)], starts), (codes[len(labels) :], path.starts))
+        )
+        distance = boundary_distance(starts, path.starts) / (n_frames / len(labels))
+        return _kappa_of_codes(real, made, len(names)) - distance
+
+    return [of(path) for path in paths]

@@ -12,7 +12,7 @@ import numpy as np
 
 from cospeech.markov import semi
 from cospeech.synthesis import System
-from cospeech.synthesis.agreement import agreement
+from cospeech.synthesis.agreement import agreements
 from cospeech.synthesis.fold import Fold
 from cospeech.synthesis.hsmm import Estimate, train
 
@@ -43,7 +43,7 @@ def choose_weight(
 
     Notes
     -----
-    The criterion is the mean ``agreement`` over the training records: kappa of the frames less the boundary
+    The criterion is the mean of ``agreements`` over the training records: kappa of the frames less the boundary
     distance in mean phrases. Among equals the largest weight wins, the nearest to the printed model; so it does where
     there is one training record and nothing to choose by.
     """
@@ -66,8 +66,10 @@ def best_weight(
 ) -> float:
     """Return the weight with the best mean agreement, ``model_of`` each training record being its model."""
 
-    def mean_agreement(weight: float) -> float:
-        paths = {name: semi.decode(model_of[name], fold.speech[name], weight, censoring) for name in fold.gestures}
-        return float(np.mean([agreement(actual, paths[name]) for name, actual in fold.gestures.items()]))
-
-    return max(sorted(weights, reverse=True), key=mean_agreement)
+    choices = sorted(weights, reverse=True)
+    found = [
+        agreements(actual, semi.decode_each(model_of[name], fold.speech[name], choices, censoring))
+        for name, actual in fold.gestures.items()
+    ]
+    means = [float(np.mean(of_weight)) for of_weight in zip(*found, strict=True)]
+    return choices[int(np.argmax(means))]
