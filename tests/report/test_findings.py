@@ -106,6 +106,29 @@ def test_silence_is_called_what_it_is():
     assert "resolves differences of about 0.10 kappa" in claims
 
 
+def test_goals_that_may_be_missed_by_chance_are_told_apart():
+    aimed = {"unit": "%", "goal": 5.0, "values": 8}
+    summary = pd.DataFrame(
+        [
+            aimed | {"group": "angles", "quantity": "a", "meaning": "head", "unit": "deg", "mean": 4.0, "lowest": 3.0,
+                     "highest": 7.0, "met": False},
+            aimed | {"group": "markers", "quantity": "b", "meaning": "lost", "mean": 1.0, "lowest": 0.0,
+                     "highest": 2.0, "met": True},
+            aimed | {"group": "experiment", "quantity": "c", "meaning": "S", "mean": 12.0, "lowest": -3.0,
+                     "highest": 25.0, "met": None},
+        ]
+    )  # fmt: skip
+    found = findings.findings(
+        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, capture=summary
+    )
+    told = next(finding for finding in found if finding.claim.startswith("Capture"))
+    assert told.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."
+    assert told.evidence == [
+        "head: 7.00 deg in the worst record, the goal is 5",
+        "S: +12.00 % (−3.00 to +25.00), the goal is 5",
+    ]
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0.523, "0.52"), (-0.5, "−0.50"), (0.004, "0.004"), (0.0, "0.00"), (-0.0, "0.00"), (float("nan"), "–")],

@@ -204,15 +204,26 @@ def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, he
 
 
 def _captured(summary: pd.DataFrame) -> Finding:
-    """How much of what capture should reach it reaches, by the method in use."""
+    """How much of what capture should reach it reaches, by the method in use; what may be chance is told apart."""
     aimed = summary[summary["goal"].notna()].drop_duplicates("quantity")
-    met = aimed["met"].astype(str) == "True"
-    named = [
-        f"{row['meaning']}: {number(row['highest'])} {row['unit']}".rstrip()
-        + f"{' in the worst record' if row['values'] > 1 else ''}, the goal is {row['goal']:g}"
-        for _, row in aimed[~met].fillna({"unit": ""}).iterrows()
-    ]
-    return Finding(f"Capture meets {int(met.sum())} of its {len(aimed)} goals.", named or ["in the worst record"])
+    met = aimed["met"].astype(str)
+    open_ = int((~met.isin(["True", "False"])).sum())
+    named = [_missed(row) for _, row in aimed[met != "True"].fillna({"unit": ""}).iterrows()]
+    return Finding(
+        f"Capture meets {int((met == 'True').sum())} of its {len(aimed)} goals"
+        + (f"; {open_} more may be missed by chance." if open_ else "."),
+        named or ["in the worst record"],
+    )
+
+
+def _missed(row: pd.Series) -> str:
+    """Return what is known of one goal that was not met."""
+    unit, goal = str(row["unit"]), f"the goal is {row['goal']:g}"
+    if row["group"] == "experiment":
+        change, low, high = (number(row[name], signed=True) for name in ("mean", "lowest", "highest"))
+        return f"{row['meaning']}: {change} % ({low} to {high}), {goal}"
+    worst = " in the worst record" if row["values"] > 1 else ""
+    return f"{row['meaning']}: {number(row['highest'])} {unit}".rstrip() + f"{worst}, {goal}"
 
 
 def _recovered(summary: pd.DataFrame) -> Finding:

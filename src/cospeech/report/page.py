@@ -209,12 +209,10 @@ def capture_table(table: pd.DataFrame) -> Table:
             [
                 row["meaning"],
                 _given(row["method"]),
-                f"{mean} {unit}",
+                f"{mean}\N{NO-BREAK SPACE}{unit}",
                 "" if row["values"] == 1 else f"{lowest} to {highest}",
-                "" if pd.isna(row["goal"]) else f"{row['goal']:g} {unit}",
-                ""
-                if pd.isna(row["goal"])
-                else {"True": "met", "False": "missed"}.get(str(row["met"]), "may be chance"),
+                "" if pd.isna(row["goal"]) else f"{row['goal']:g}\N{NO-BREAK SPACE}{unit}",
+                "" if pd.isna(row["goal"]) else VERDICTS.get(str(row["met"]), "may be chance"),
             ]
         )
     return Table(["error", "method", "mean", "over records", "goal", ""], _text(rows), (1, 5))
