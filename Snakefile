@@ -48,10 +48,11 @@ SWEEP = configuration.sweep_settings(config)
 SYSTEMS = systems(studio=VIRTUAL)
 
 
+# Not the names that there are: Snakemake searches a constraint anew for every path, and many names are a long one.
 wildcard_constraints:
-    record="|".join(RECORDS),
-    fold="|".join(RECORDS),
-    actor="|".join(ACTORS),
+    record=configuration.NAME,
+    fold=configuration.NAME,
+    actor=configuration.NAME,
     system="|".join(SYSTEMS),
 
 

@@ -3,7 +3,7 @@
 Labels and features without sound (as config/long.yaml) go through the workflow to the session scores: first two
 actors with four records each that grow longer, then actors of four one-minute records, more and more. (More records
 of one actor are more folds, each trained on more: leaving one out is quadratic in them by what it is.) Last, how long
-Snakemake plans many jobs. Table and figure land in bench/out.
+planning 10,000 jobs takes, and Snakemake alone for as many that hold nothing. Table and figure land in bench/out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,19 @@ from runs import OUT, RUN, Took, folder, snakemake
 
 HOURS = (1 / 6, 1 / 2, 3 / 2, 5, 20, 100)
 RECORDS = (8, 24, 72)
-PLANNED_RECORDS = 1_400
+PLANNED_RECORDS = 2_500
+"""So many records are 10,003 jobs."""
+
+BARE = """
+rule end:
+    input: expand("{step}/{record}", step=range(4), record=range(2_500))
+rule step:
+    output: "{step}/{record}"
+    log: "logs/{step}/{record}"
+    shell: "touch {output}"
+"""
+"""As many jobs with next to nothing in them: what planning costs Snakemake itself."""
+
 EXPONENT_GOAL, PEAK_GOAL_MB, PLANNING_GOAL_S = 1.05, 2048, 15
 SCORES = f"results/{RUN}/evaluation/session_scores.parquet"
 
@@ -62,12 +74,18 @@ def figure(table: pd.DataFrame) -> None:
     panes.savefig(OUT / "growth.png", dpi=120)
 
 
-def planning() -> tuple[int, float]:
-    """Return how many jobs a dry run planned, and in what time."""
-    path = folder("planning", config(PLANNED_RECORDS // 4, 60))
-    took = snakemake(path, SCORES, "--dry-run", "--quiet", "rules")
-    said = (path / "said.log").read_text()
-    return int(re.search(r"^total +(\d+)", said, re.MULTILINE).group(1)), took.wall_s
+def planning() -> dict[str, tuple[int, Took]]:
+    """Return how many jobs a dry run planned, and what it took: ours, and as many bare ones."""
+    paths = {"ours": folder("planning", config(PLANNED_RECORDS // 4, 60)), "bare": folder("planning_bare", {})}
+    snakefile = paths["bare"] / "Snakefile"
+    snakefile.write_text(BARE)
+    quiet = ("--dry-run", "--quiet", "rules")
+    took = {
+        "ours": snakemake(paths["ours"], SCORES, *quiet),
+        "bare": snakemake(paths["bare"], *quiet, snakefile=snakefile),
+    }
+    said = {name: (path / "said.log").read_text() for name, path in paths.items()}
+    return {name: (int(re.search(r"^total +(\d+)", said[name], re.MULTILINE).group(1)), took[name]) for name in paths}
 
 
 def main() -> None:
@@ -101,10 +119,9 @@ def main() -> None:
         print(f"exponent against {axis}: {every:.2f} over all, {last:.2f} at last; goal {EXPONENT_GOAL}: {verdict}")
     peak = table["peak_mb"].max()
     print(f"peak of a process: {peak:.0f} MB; goal {PEAK_GOAL_MB}: {'reached' if peak < PEAK_GOAL_MB else 'MISSED'}")
-    jobs, took_s = planning()
-    per_10000 = took_s * 10_000 / jobs
-    verdict = "reached" if per_10000 <= PLANNING_GOAL_S else "MISSED"
-    print(f"planning {jobs} jobs: {took_s:.1f} s, {per_10000:.1f} s for 10,000; goal {PLANNING_GOAL_S}: {verdict}")
+    for name, (jobs, took) in planning().items():
+        print(f"planning {jobs} jobs, {name}: {took.wall_s:.1f} s, {took.cpu_s:.1f} s of processor", end="")
+        print(f"; goal {PLANNING_GOAL_S}: {'reached' if took.wall_s <= PLANNING_GOAL_S else 'MISSED'}")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ def folder(name: str, config: dict[str, Any]) -> Path:
     return path
 
 
-def snakemake(path: Path, *arguments: str) -> Took:
+def snakemake(path: Path, *arguments: str, snakefile: Path = ROOT / "Snakefile") -> Took:
     """Run Snakemake there to its end; what it says lands in ``said.log``.
 
     Raises
@@ -42,7 +42,7 @@ def snakemake(path: Path, *arguments: str) -> Took:
     SystemExit : where it fails.
     """
     command = [
-        *(sys.executable, "-m", "snakemake", *arguments, "--snakefile", str(ROOT / "Snakefile")),
+        *(sys.executable, "-m", "snakemake", *arguments, "--snakefile", str(snakefile)),
         *("--directory", str(path), "--configfile", str(path / "config.yaml"), "--cores", "2"),
     ]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src"), "PYTHONWARNINGS": "ignore"}

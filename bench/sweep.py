@@ -28,7 +28,8 @@ GOAL_S, GOAL_RATIO = 60.0, 50.0
 
 def main() -> None:
     """Print both times, their ratio and the load of the machine."""
-    folder = bench_folder("sweep", {"sweep": {"grid": "full", "clusters": list(CLUSTERS), "states": list(STATES)}})
+    grid = {"grid": "full", "clusters": list(CLUSTERS), "states": list(STATES)}
+    folder = bench_folder("sweep", {"studio": {"film": False}, "sweep": grid})  # the features are there: no films
     results = folder / "results" / RUN
     kinds = ("speech/{}/prosody.parquet", "motion/{}.parquet", "corpus/annotations/{}.parquet")
     snakemake(folder, *(f"results/{RUN}/{kind.format(record)}" for record in FOLDS for kind in kinds))

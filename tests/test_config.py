@@ -233,6 +233,7 @@ def test_a_sheet_in_csv_is_the_same_as_a_list():
         ("record,actor,start_s\na,x,soon\n", "line 2: start_s 'soon' is not a number"),
         ("record,actor\na,x,y\n", "line 2 has more cells"),
         ("record,actor\n,x\n", "line 2: needs a record and an actor"),
+        ("record,actor\na/b,x\n", "line 2: 'a/b' becomes part of a path"),
     ],
 )
 def test_mistakes_in_a_sheet_are_named(tmp_path, text, complaint):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +17,9 @@ from cospeech.tables import schema_folder
 
 SCENARIOS = ("memory", "documentary", "fairy_tale", "watch_and_tell")
 """The monologue and watching scenarios of Özkul 2012, 3.2, that the studio's records take in turn."""
+
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+"""What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
 
 RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "views", "audio",
@@ -381,6 +385,11 @@ def _read_sheet(path: Path) -> list[Record]:
                     ) from None
         if "record" not in record or "actor" not in record:
             raise UserError(f"{path}: line {line}: needs a record and an actor")
+        for name in (record["record"], record["actor"]):
+            if not re.fullmatch(NAME, name):
+                raise UserError(
+                    f"{path}: line {line}: '{name}' becomes part of a path; take letters, digits, '-' and '_' only"
+                )
         listed.append(record)
     return listed
 

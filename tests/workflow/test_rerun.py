@@ -41,7 +41,7 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
     [
         (
             "speech/prosody.py",
-            {"prosody", "prosody_clusters", "sweep_clusters", "hsmm", "motion", "record_scores", "page"},
+            {"prosody", "prosody_clusters", "sweep_clusters", "systems", "motion", "record_scores", "page"},
             {
                 "studio_script",
                 "studio_take",
@@ -55,18 +55,18 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
         ),
         (
             "phrases/gesture.py",
-            {"gesture_model", "gesture_fold", "gesture_phrases", "hsmm", "controls", "record_scores", "page"},
+            {"gesture_model", "gesture_fold", "gesture_phrases", "systems", "record_scores", "page"},
             {"studio_take", "record", "prosody", "prosody_clusters", "sweep_clusters"},
         ),
         (
             "evaluation/boundaries.py",
             {"record_scores", "session_scores", "differences", "leaderboard", "page"},
-            {"prosody_clusters", "hsmm", "motion", "comparison", "motion_statistics"},
+            {"prosody_clusters", "systems", "motion", "comparison", "motion_statistics"},
         ),
         (
             "animation/smoothing.py",
             {"motion", "smoothing", "comparison", "motion_statistics", "page"},
-            {"hsmm", "controls", "record_scores", "session_scores", "leaderboard", "prosody"},
+            {"systems", "record_scores", "session_scores", "leaderboard", "prosody"},
         ),
     ],
 )
@@ -97,13 +97,13 @@ def config_with(tmp_path, **sections):
 def test_a_changed_setting_reruns_only_its_readers(copy, tmp_path):
     planned = copy.planned(config=config_with(tmp_path, evaluation={"boundary_tolerance_s": 0.3}))
     assert {"record_scores", "leaderboard", "page"} <= planned
-    assert planned & {"record", "prosody", "prosody_clusters", "hsmm", "motion", "comparison"} == set()
+    assert planned & {"record", "prosody", "prosody_clusters", "systems", "motion", "comparison"} == set()
 
 
 def test_a_longer_sweep_leaves_the_main_setting_alone(copy, tmp_path):
     planned = copy.planned(config=config_with(tmp_path, sweep={"clusters": [4, 6, 8], "states": [3]}))
     assert {"sweep_clusters", "sweep_hsmm", "record_scores"} <= planned
-    assert planned & {"prosody", "prosody_clusters", "hsmm", "motion", "comparison"} == set()
+    assert planned & {"prosody", "prosody_clusters", "systems", "motion", "comparison"} == set()
 
 
 def recorded(finished, tmp_path, records):

@@ -35,7 +35,7 @@ rule record_scores:
         actors={record: actor_of(record) for record in RECORDS},
         scored=[(system, *setting, record) for system, setting, record in SCORED],
         rules=SCORING,
-        corpus=lookup(within=config, dpath="corpus/name"),
+        corpus=config["corpus"]["name"],
         code=code("evaluation/record_scores"),
     message:
         f"scores of {len(SCORED)} synthesised records"
@@ -53,9 +53,9 @@ rule session_scores:
     benchmark:
         f"{RESULTS}/benchmarks/session_scores.tsv"
     params:
-        bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
-        seed=lookup(within=config, dpath="seed"),
-        corpus=lookup(within=config, dpath="corpus/name"),
+        bootstrap=config["evaluation"]["bootstrap"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
         code=code("evaluation/session_scores"),
     message:
         "scores of synthesis sessions"
@@ -75,9 +75,9 @@ rule differences:
     params:
         clusters=MAIN.clusters,
         states=MAIN.states,
-        bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
-        seed=lookup(within=config, dpath="seed"),
-        corpus=lookup(within=config, dpath="corpus/name"),
+        bootstrap=config["evaluation"]["bootstrap"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
         code=code("evaluation/differences"),
     message:
         "differences between systems"
@@ -106,8 +106,8 @@ if "motion" in BRINGS:
         params:
             actors={record: actor_of(record) for record in RECORDS},
             animated=ANIMATED,
-            bins=lookup(within=config, dpath="evaluation/speed_bins"),
-            corpus=lookup(within=config, dpath="corpus/name"),
+            bins=config["evaluation"]["speed_bins"],
+            corpus=config["corpus"]["name"],
             code=code("evaluation/motion_statistics"),
         message:
             "speed, acceleration and jerk of original and synthesised motion"
@@ -145,10 +145,10 @@ if VIRTUAL:
         params:
             actors={record: actor_of(record) for record in RECORDS},
             clustered=[(*setting, fold) for setting, fold in CLUSTERED],
-            frame_s=lookup(within=config, dpath="speech/frame_s"),
-            voiced_gain=lookup(within=config, dpath="speech/voiced_gain"),
-            seed=lookup(within=config, dpath="seed"),
-            corpus=lookup(within=config, dpath="corpus/name"),
+            frame_s=config["speech"]["frame_s"],
+            voiced_gain=config["speech"]["voiced_gain"],
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
             code=code("evaluation/recovery"),
         message:
             "how much of what was planted is found again"
@@ -180,14 +180,14 @@ if VIRTUAL and FILMED:
             f"{RESULTS}/benchmarks/true_angles/{{actor}}.tsv"
         params:
             records=lambda wildcards: records_of(wildcards.actor),
-            settings=lookup(within=config, dpath="phrases/gesture"),
+            settings=config["phrases"]["gesture"],
             setting=MAIN._asdict(),
             estimate=ESTIMATE | {"clusters": MAIN.clusters},
-            weights=lookup(within=config, dpath="synthesis/emission_weights"),
-            censoring=lookup(within=config, dpath="synthesis/censoring"),
-            frame_s=lookup(within=config, dpath="speech/frame_s"),
+            weights=config["synthesis"]["emission_weights"],
+            censoring=config["synthesis"]["censoring"],
+            frame_s=config["speech"]["frame_s"],
             rules=SCORING,
-            corpus=lookup(within=config, dpath="corpus/name"),
+            corpus=config["corpus"]["name"],
             code=code("evaluation/true_angles"),
         message:
             "what the true joint angles of {wildcards.actor} give"
@@ -205,9 +205,9 @@ if VIRTUAL and FILMED:
         benchmark:
             f"{RESULTS}/benchmarks/film_effect.tsv"
         params:
-            bootstrap=lookup(within=config, dpath="evaluation/bootstrap"),
-            seed=lookup(within=config, dpath="seed"),
-            corpus=lookup(within=config, dpath="corpus/name"),
+            bootstrap=config["evaluation"]["bootstrap"],
+            seed=config["seed"],
+            corpus=config["corpus"]["name"],
             code=code("evaluation/film_effect"),
         message:
             "scores from film beside those from the true joint angles"

@@ -29,8 +29,8 @@ if "motion" in BRINGS:
             f"{RESULTS}/benchmarks/gesture_model/{{actor}}.tsv"
         params:
             records=lambda wildcards: records_of(wildcards.actor),
-            settings=lookup(within=config, dpath="phrases/gesture"),
-            corpus=lookup(within=config, dpath="corpus/name"),
+            settings=config["phrases"]["gesture"],
+            corpus=config["corpus"]["name"],
             code=code("phrases/gesture_model"),
         message:
             "gesture phrase model of {wildcards.actor}"
@@ -49,7 +49,7 @@ if "motion" in BRINGS:
         benchmark:
             f"{RESULTS}/benchmarks/gesture_phrases/{{record}}.tsv"
         params:
-            corpus=lookup(within=config, dpath="corpus/name"),
+            corpus=config["corpus"]["name"],
             code=code("phrases/gesture_phrases"),
         message:
             "gesture phrases of {wildcards.record}"
@@ -73,8 +73,8 @@ if "motion" in BRINGS:
             f"{RESULTS}/benchmarks/gesture_fold/{{fold}}.tsv"
         params:
             records=lambda wildcards: others(wildcards.fold),
-            settings=lookup(within=config, dpath="phrases/gesture"),
-            corpus=lookup(within=config, dpath="corpus/name"),
+            settings=config["phrases"]["gesture"],
+            corpus=config["corpus"]["name"],
             code=code("phrases/gesture_fold"),
         message:
             "gesture phrases without {wildcards.fold}"
@@ -102,10 +102,10 @@ rule prosody_clusters:
             else records_of(actor_of(wildcards.fold))
         ),
         clusters=[tuple(MAIN)],
-        settings=lookup(within=config, dpath="phrases/prosody"),
-        frame_s=lookup(within=config, dpath="speech/frame_s"),
-        seed=lookup(within=config, dpath="seed"),
-        corpus=lookup(within=config, dpath="corpus/name"),
+        settings=config["phrases"]["prosody"],
+        frame_s=config["speech"]["frame_s"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
         code=code("phrases/prosody_clusters"),
     message:
         "prosody clusters without {wildcards.fold}"

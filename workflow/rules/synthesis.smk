@@ -1,10 +1,5 @@
 # Gesture phrases for the record that a fold holds out: the HSMM in its forms, its controls, and ceilings.
 
-# What hears no speech, and every decoder of the HSMM under wrong speech.
-CONTROLS = ["random", "prior", "clock", "majority", "another"] + [
-    control for system in ("hsmm", "hsmm_weighted", "hsmm_sampled") for control in SYSTEMS[system].controls
-]
-
 # How the tables of the HSMM are counted; the number of prosody clusters joins it, setting by setting.
 ESTIMATE = {
     "labels": config["phrases"]["gesture"]["labels"],
@@ -20,12 +15,9 @@ def made_by(system, table, setting=MAIN):
     return f"{RESULTS}/synthesis/{system}/{setting.path}/{{record}}/{table}.parquet"
 
 
-def tables_of_model(system, settings=None):
-    """The paths of a model's four tables by name, or lists of them where settings are given."""
-    names = ("initial", "transitions", "emissions", "durations")
-    if settings is None:
-        return {name: made_by(system, name) for name in names}
-    return {name: [made_by(system, name, setting) for setting in settings] for name in names}
+def tables_of_model(system, setting=MAIN):
+    """The paths of a model's four tables."""
+    return [made_by(system, name, setting) for name in ("initial", "transitions", "emissions", "durations")]
 
 
 def fold_prosody(setting=MAIN):
@@ -48,43 +40,66 @@ def records_of_fold(wildcards):
     return records_of(actor_of(wildcards.record))
 
 
-# Printed and weighted decoding in one process, as a start costs more than either; they share the four tables.
-rule hsmm:
+# The HSMM in its forms, each under wrong speech too, what hears none, and what knows the truth: so small that they
+# share a process for each record.
+FORMS = ["hsmm", "hsmm_weighted", "hsmm_sampled"]
+TOGETHER = [
+    *FORMS,
+    *(control for form in FORMS for control in SYSTEMS[form].controls),
+    *["random", "prior", "clock", "majority", "another"],
+    *(["oracle"] if VIRTUAL else []),
+]
+
+# What was planted, for the oracle that knows it.
+TRUTH = f"{RESULTS}/corpus/truth"
+PLANTED = {
+    "planted": [f"{TRUTH}/{name}.parquet" for name in ("initial", "transitions", "emissions", "durations")],
+    "planted_gestures": f"{TRUTH}/gesture_phrases.parquet",
+    "planted_prosody": f"{TRUTH}/prosody_phrases.parquet",
+}
+
+
+rule systems:
     input:
+        **(PLANTED if VIRTUAL else {}),
         gestures=training_gestures,
-        prosody=[fold_prosody()],
+        prosody=fold_prosody(),
     output:
-        **tables_of_model("hsmm", [MAIN]),
-        phrases=[made_by("hsmm", "phrases")],
-        decoding=[made_by("hsmm", "decoding")],
-        weighted_phrases=[made_by("hsmm_weighted", "phrases")],
-        weighted_decoding=[made_by("hsmm_weighted", "decoding")],
+        **({"oracle": tables_of_model("oracle")} if VIRTUAL else {}),
+        hsmm=tables_of_model("hsmm"),
+        phrases=[made_by(system, "phrases") for system in TOGETHER],
+        decoding=[made_by(system, "decoding") for system in TOGETHER],
     log:
-        f"{RESULTS}/logs/hsmm/{{record}}.log",
+        f"{RESULTS}/logs/systems/{{record}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/hsmm/{{record}}.tsv"
+        f"{RESULTS}/benchmarks/systems/{{record}}.tsv"
     params:
-        clusters=[MAIN.clusters],
-        estimate=ESTIMATE,
+        systems=TOGETHER,
+        estimate=ESTIMATE | {"clusters": MAIN.clusters},
         weights=config["synthesis"]["emission_weights"],
         censoring=config["synthesis"]["censoring"],
+        shift_s=config["synthesis"]["shift_s"],
+        actor=actor_of_fold,
+        records=records_of_fold,
         frame_s=config["speech"]["frame_s"],
+        seed=config["seed"],
         corpus=config["corpus"]["name"],
-        code=code("synthesis/hsmm"),
+        code=code("synthesis/systems"),
     message:
-        "phrases of {wildcards.record} by the HSMM, printed and weighted"
+        f"phrases of {{wildcards.record}} by {len(TOGETHER)} systems"
     script:
-        "../../scripts/synthesis/hsmm.py"
+        "../../scripts/synthesis/systems.py"
 
 
 if SWEEP:
 
-    use rule hsmm as sweep_hsmm with:
+    # Printed and weighted decoding share the tables.
+    rule sweep_hsmm:
         input:
             gestures=training_gestures,
             prosody=[fold_prosody(setting) for setting in SWEEP],
         output:
-            **tables_of_model("hsmm", SWEEP),
+            tables=[path for setting in SWEEP for path in tables_of_model("hsmm", setting)],
             phrases=[made_by("hsmm", "phrases", setting) for setting in SWEEP],
             decoding=[made_by("hsmm", "decoding", setting) for setting in SWEEP],
             weighted_phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
@@ -95,67 +110,13 @@ if SWEEP:
             f"{RESULTS}/benchmarks/sweep_hsmm/{{record}}.tsv"
         params:
             clusters=[setting.clusters for setting in SWEEP],
-        message:
-            f"phrases of {{wildcards.record}} by the HSMM, printed and weighted, at {len(SWEEP)} settings"
-
-
-# One process for all of a record, and for what is drawn from its HSMM, as each of them is less work than a start.
-rule controls:
-    input:
-        **tables_of_model("hsmm"),
-        weighted=made_by("hsmm_weighted", "decoding"),
-        gestures=training_gestures,
-        prosody=fold_prosody(),
-    output:
-        phrases=[made_by(system, "phrases") for system in ["hsmm_sampled", *CONTROLS]],
-        decoding=[made_by(system, "decoding") for system in ["hsmm_sampled", *CONTROLS]],
-    log:
-        f"{RESULTS}/logs/controls/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/controls/{{record}}.tsv"
-    params:
-        systems=["hsmm_sampled", *CONTROLS],
-        records=records_of_fold,
-        shift_s=config["synthesis"]["shift_s"],
-        censoring=config["synthesis"]["censoring"],
-        seed=config["seed"],
-        frame_s=config["speech"]["frame_s"],
-        corpus=config["corpus"]["name"],
-        code=code("synthesis/controls"),
-    message:
-        "phrases of {wildcards.record} drawn from the HSMM, under wrong speech, or under none"
-    script:
-        "../../scripts/synthesis/controls.py"
-
-
-if VIRTUAL:
-
-    rule oracle:
-        input:
-            found=fold_prosody(),
-            gestures=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
-            prosody=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
-            initial=f"{RESULTS}/corpus/truth/initial.parquet",
-            transitions=f"{RESULTS}/corpus/truth/transitions.parquet",
-            emissions=f"{RESULTS}/corpus/truth/emissions.parquet",
-            durations=f"{RESULTS}/corpus/truth/durations.parquet",
-        output:
-            **tables_of_model("oracle"),
-            phrases=made_by("oracle", "phrases"),
-            decoding=made_by("oracle", "decoding"),
-        log:
-            f"{RESULTS}/logs/oracle/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/oracle/{{record}}.tsv"
-        params:
-            actor=actor_of_fold,
-            floor=config["synthesis"]["floor"],
+            estimate=ESTIMATE,
             weights=config["synthesis"]["emission_weights"],
             censoring=config["synthesis"]["censoring"],
             frame_s=config["speech"]["frame_s"],
             corpus=config["corpus"]["name"],
-            code=code("synthesis/oracle"),
+            code=code("synthesis/sweep_hsmm"),
         message:
-            "phrases of {wildcards.record} by the planted HSMM"
+            f"phrases of {{wildcards.record}} by the HSMM, printed and weighted, at {len(SWEEP)} settings"
         script:
-            "../../scripts/synthesis/oracle.py"
+            "../../scripts/synthesis/sweep_hsmm.py"

@@ -16,7 +16,8 @@ Ints = npt.NDArray[np.int64]
 def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     """Return Cohen's kappa of two label sequences, (T,) each; 0 where chance alone would agree wholly."""
     names, codes = np.unique(np.concatenate([actual, made]), return_inverse=True)
-    return _kappa_of_codes(*np.split(codes, 2), len(names))
+    one, other = np.split(codes, 2)
+    return _kappa_of_codes(one, other, len(names))
 
 
 def _kappa_of_codes(one: Ints, other: Ints, n_names: int) -> float:

@@ -13,12 +13,13 @@ with job.run(snakemake) as work:
     gestures = pd.concat([work.read(path, "segments") for path in work.input.gestures])
     for place, clusters in enumerate(work.followed(work.params["clusters"], "settings")):
         prosody = work.read(work.input.prosody[place], "segments")
+        paths = work.output.tables[place * len(semi.TABLES) : (place + 1) * len(semi.TABLES)]
         how = hsmm.Estimate(clusters=clusters, **work.params["estimate"])
         known = fold(record, gestures, prosody, frame_s)
         counts = hsmm.counts(known, how)
         model = hsmm.train(counts.values(), how)
-        for name, table in semi.to_tables(model, frame_s, how.floor).items():
-            work.write(table, work.output.get(name)[place], name)
+        for (name, table), path in zip(semi.to_tables(model, frame_s, how.floor).items(), paths, strict=True):
+            work.write(table, path, name)
         speech = heard(frame_labels(prosody), record, frame_s)
         printed = hsmm.synthesise(model, speech, censoring=censoring)
         work.write(printed.phrases, work.output.phrases[place], "segments")
