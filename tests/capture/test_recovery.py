@@ -84,6 +84,16 @@ def test_two_lost_hands_are_told_apart_by_their_forearms():
         np.testing.assert_allclose(found[hand].point_m, point, atol=2e-3)
 
 
+@pytest.mark.parametrize(("size", "whole"), [(0.85, True), (1.0, True), (1.2, True), (0.7, False), (1.4, False)])
+def test_a_round_blob_of_nearly_the_size_is_a_whole_disc_at_another_depth(size, whole):
+    planes = tuple(draw((60, 60), [(30.3, 29.6, size * 9, "red")]))
+    mixer = colour.mixers(colour.chroma(colour.SKIN))["red"]
+    found = recovery.discs(*planes, 60, *mixer, np.array([32.0, 30.0]), 20.0, 9.0, NOTHING)
+    assert (len(found) == 1 and found[0, 3] == 1.0) == whole
+    if whole:
+        np.testing.assert_allclose(found[0, :2], [30.3, 29.6], atol=0.1)
+
+
 def test_two_cut_discs_count_only_near_the_prediction():
     """Two views that see a hand in part may meet by chance; a whole disc in both is enough farther away too."""
     discs, nothing = seen_discs([0, 4], 0.5), np.full((1, 3), np.nan)
