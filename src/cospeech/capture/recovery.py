@@ -56,7 +56,7 @@ LIKE_SIZE = (0.64, 1.56)
 NO_COST = 1e3
 """More than any cost of a point that may be a marker's."""
 
-LARGEST_DISC = 1.25
+LARGEST_DISC = disc.WHOLE[1]
 """A disc with more pixels than this share of what a marker would have at a place is nearer to its camera."""
 
 
@@ -122,9 +122,12 @@ class Lost(NamedTuple):
     near_m: Floats
 
 
-def search_radius_m(hidden_frames: npt.NDArray[np.int64]) -> Floats:
-    """Return how far from its prediction a marker is sought after some frames (n,) without a sight."""
-    return np.minimum(WIDEST_M, GROWTH_M * (hidden_frames + 1))
+def search_radius_m(hidden_frames: npt.NDArray[np.int64], unsure_m: Floats) -> Floats:
+    """Return how far from its prediction a marker is sought after some frames (n,) without a sight.
+
+    ``unsure_m`` (n,) is how far away it may be by what is known of its movement.
+    """
+    return np.minimum(WIDEST_M, np.maximum(GROWTH_M * (hidden_frames + 1), unsure_m))
 
 
 def seek(

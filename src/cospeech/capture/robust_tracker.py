@@ -53,9 +53,6 @@ STRAY_SDS = 3.0
 STILL_M = 0.01
 """How far beyond that a marker at rest may be from its prediction, as it starts or stops without warning."""
 
-NEAR_M = 0.05
-"""The farthest from where it is expected that two views may find a lost marker of which they see a part."""
-
 COVER_FOUND = (2e-3, 1.0, 10.0)
 """Standard deviations of place, speed and acceleration of a marker that is found again."""
 
@@ -255,6 +252,8 @@ class RobustTracker:
     ) -> None:
         """Seek the markers without a point, those of a colour together, and put what is found into ``sights``."""
         lost = np.isnan(sights.points_m[:, 0])
+        near = STILL_M + STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
+        search = recovery.search_radius_m(self.hidden, near)
         for colour in np.unique(self.colour[lost]):
             same = self.colour == colour
             members = np.flatnonzero(same & lost)
@@ -262,8 +261,7 @@ class RobustTracker:
                 self.packed, self.widths, pictures, Mixer(self.across, self.share[members[0]]),
                 recovery.Lost(
                     members, self.states[members, 0], expected[members], radius[members],
-                    recovery.search_radius_m(self.hidden[members]),
-                    np.minimum(NEAR_M, STILL_M + STRAY_SDS * np.sqrt(self.covers[members, 0, 0])),
+                    search[members], near[members],
                 ),
                 _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
                 sights.points_m, self.lengths, float(np.median(limit[members])),
