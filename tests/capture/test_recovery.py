@@ -32,7 +32,7 @@ def test_the_rays_of_two_hands_at_either_side_do_not_make_one_hand_between_them(
     assert found.used.tolist() == [True, False, False, False, True]
     half = recovery.agree(packed(CAMERAS), seen_discs([right, left], 0.5), (right, 0), (left, 0), 1.2)
     assert half.used.any()  # something may hide part of a disc
-    other = recovery.agree(packed(CAMERAS), seen_discs([right, left], 1.5), (right, 0), (left, 0), 1.2)
+    other = recovery.agree(packed(CAMERAS), seen_discs([right, left], 1.15), (right, 0), (left, 0), 1.2)
     assert not other.used.any()
     assert np.isnan(other.point_m).all()
 
@@ -82,6 +82,50 @@ def test_two_lost_hands_are_told_apart_by_their_forearms():
     )  # fmt: skip
     for hand, point in zip(hands, now, strict=True):
         np.testing.assert_allclose(found[hand].point_m, point, atol=2e-3)
+
+
+def best(discs, limit_px=1.2):
+    """What ``recovery._best`` makes of discs for a marker that is lost at ``POINT_M`` and linked to nothing."""
+    no_links, nobody = np.full((1, len(NAMES)), np.nan), np.full((len(NAMES), 3), np.nan)
+    return recovery._best(
+        packed(CAMERAS), discs, POINT_M[None], np.full(1, 0.3), np.full(1, 0.3), no_links, no_links, nobody, limit_px
+    )
+
+
+def test_two_views_that_nobody_contradicts_must_meet_closely():
+    discs = seen_discs([0, 2], 1.0)
+    assert best(discs).used.sum() == 2
+    discs[2, 0, 1] += 1.3  # nearly across the line on which the first view sees the marker: half of it is a miss
+    assert best(discs, 1e3).rms == pytest.approx(0.6, abs=0.1)
+    assert not best(discs).used.any()
+    discs[3] = seen_discs([3], 1.0)[3]
+    assert best(discs).used.sum() == 3
+
+
+@pytest.mark.parametrize(("size", "whole"), [(0.85, True), (1.0, True), (1.2, True), (0.7, False), (1.4, False)])
+def test_a_round_blob_of_nearly_the_size_is_a_whole_disc_at_another_depth(size, whole):
+    planes = tuple(draw((60, 60), [(30.3, 29.6, size * 9, "red")]))
+    mixer = colour.mixers(colour.chroma(colour.SKIN))["red"]
+    found = recovery.discs(*planes, 60, *mixer, np.array([32.0, 30.0]), 20.0, 9.0, NOTHING)
+    assert (len(found) == 1 and found[0, 3] == 1.0) == whole
+    if whole:
+        np.testing.assert_allclose(found[0, :2], [30.3, 29.6], atol=0.1)
+
+
+def test_the_skull_is_stiffer_than_skin_and_clothes():
+    body = standing()
+    lengths = recovery.lengths(body)
+    for one, other, told in [("head_left", "head_right", True), ("left_elbow", "left_hand", False)]:
+        i, j = NAMES.index(one), NAMES.index(other)
+        for stretch, misfit in [(1.05, False), (1.15, told), (1.3, True)]:
+            pulled = body.copy()
+            pulled[j] = body[i] + stretch * (body[j] - body[i])
+            assert lengths.misfits(pulled)[i, j] == misfit
+
+
+def test_a_lost_marker_is_sought_as_far_as_it_may_have_gone():
+    hidden, unsure_m = np.array([0, 0, 2, 30]), np.array([0.04, 0.2, 0.2, 9.0])
+    np.testing.assert_allclose(recovery.search_radius_m(hidden, unsure_m), [0.12, 0.2, 0.36, 0.6])
 
 
 def test_two_cut_discs_count_only_near_the_prediction():

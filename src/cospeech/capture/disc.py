@@ -212,7 +212,7 @@ def _moments(
 @numba.njit(cache=True)
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
-    expected_x: float, expected_y: float, radius: float, reach: float, cut: bool,
+    expected_x: float, expected_y: float, radius: float, reach: float, cut: bool, whole: tuple[float, float] = WHOLE,
 ) -> tuple[float, float, int, float]:  # fmt: skip
     """Return the pixel of a disc's centre, its pixels, and how well it is seen: 1 whole, 0 not at all.
 
@@ -224,6 +224,7 @@ def measure(
     radius : of the disc, in pixels.
     reach : how far the centre may be from where it is expected.
     cut : whether a disc that is not whole is fitted; else it counts as not seen.
+    whole : areas of a whole disc, in areas of its circle; wider than blur alone where its depth is not known.
 
     The pixel is NaN where too little of the disc is seen.
     """
@@ -245,8 +246,7 @@ def measure(
     pixels, area, mean_x, mean_y, ratio = _moments(amount, blob, number, edge, level - ground)
     if pixels < FEWEST_PIXELS:
         return nothing
-    whole = WHOLE[0] < area / (np.pi * radius * radius) < WHOLE[1] and ratio < ROUND
-    if whole:
+    if whole[0] < area / (np.pi * radius * radius) < whole[1] and ratio < ROUND:
         near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
         return (left + mean_x, top + mean_y, pixels, 1.0) if near else nothing
     if not cut:

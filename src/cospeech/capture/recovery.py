@@ -50,13 +50,13 @@ MOST_BLOBS = 12
 PAIR_PART = 1 / 3
 """Two views that nobody can contradict must meet this much closer than three: share of the pixels that may miss."""
 
-LIKE_SIZE = (0.8, 1.25)
-"""A round blob of a radius in this range, as a share of the expected one, is a whole disc nearer or farther away."""
+LIKE_SIZE = (0.64, 1.56)
+"""A round blob of an area in this range, in areas of the expected disc, is a whole one nearer or farther away."""
 
 NO_COST = 1e3
 """More than any cost of a point that may be a marker's."""
 
-LARGEST_DISC = 1.25
+LARGEST_DISC = disc.WHOLE[1]
 """A disc with more pixels than this share of what a marker would have at a place is nearer to its camera."""
 
 
@@ -122,9 +122,12 @@ class Lost(NamedTuple):
     near_m: Floats
 
 
-def search_radius_m(hidden_frames: npt.NDArray[np.int64]) -> Floats:
-    """Return how far from its prediction a marker is sought after some frames (n,) without a sight."""
-    return np.minimum(WIDEST_M, GROWTH_M * (hidden_frames + 1))
+def search_radius_m(hidden_frames: npt.NDArray[np.int64], unsure_m: Floats) -> Floats:
+    """Return how far from its prediction a marker is sought after some frames (n,) without a sight.
+
+    ``unsure_m`` (n,) is how far away it may be by what is known of its movement.
+    """
+    return np.minimum(WIDEST_M, np.maximum(GROWTH_M * (hidden_frames + 1), unsure_m))
 
 
 def seek(
@@ -199,13 +202,10 @@ def discs(
     found = found[found[:, 2] > SMALLEST_BLOB * np.pi * radius**2]
     found = found[np.argsort(-found[:, 2], kind="mergesort")][:MOST_BLOBS]
     free, count = np.empty((len(found), 4)), 0
-    for x_found, y_found, area in found:
-        own = np.sqrt(area / np.pi)
-        u, v, pixels, seen = np.nan, np.nan, 0, 0.0
-        if LIKE_SIZE[0] < own / radius < LIKE_SIZE[1]:
-            u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, own, radius, False)
-        if seen == 0.0:
-            u, v, pixels, seen = disc.measure(y, cb, cr, width, across, share, x_found, y_found, radius, radius, True)
+    for x_found, y_found, _ in found:
+        u, v, pixels, seen = disc.measure(
+            y, cb, cr, width, across, share, x_found, y_found, radius, radius, True, LIKE_SIZE
+        )
         mine = np.isfinite(u)
         for other in range(len(owned)):
             mine &= not np.hypot(owned[other, 0] - u, owned[other, 1] - v) < radius

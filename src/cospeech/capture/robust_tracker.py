@@ -53,9 +53,6 @@ STRAY_SDS = 3.0
 STILL_M = 0.01
 """How far beyond that a marker at rest may be from its prediction, as it starts or stops without warning."""
 
-NEAR_M = 0.05
-"""The farthest from where it is expected that two views may find a lost marker of which they see a part."""
-
 COVER_FOUND = (2e-3, 1.0, 10.0)
 """Standard deviations of place, speed and acceleration of a marker that is found again."""
 
@@ -104,19 +101,41 @@ def _measure_view(
 
 
 @numba.njit(cache=True)
-def _settle_owners(pixels: Floats, expected: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> None:
-    """Take a disc from all but the marker that expected it nearest, in every view; ``pixels`` (M, C, 2) in place."""
+def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the discs (n, 3) that two markers of a colour claim: both markers and the view, of pixels (M, C, 2)."""
     n_markers, n_views = pixels.shape[:2]
-    for view in range(n_views):
-        for a in range(n_markers):
-            for b in range(a):
-                if colour[a] != colour[b] or np.isnan(pixels[a, view, 0]) or np.isnan(pixels[b, view, 0]):
-                    continue
+    found, count = np.empty((n_markers * n_markers * n_views, 3), dtype=np.int64), 0
+    for a in range(n_markers):
+        for b in range(a):
+            for view in range(n_views if colour[a] == colour[b] else 0):
                 apart = np.hypot(pixels[a, view, 0] - pixels[b, view, 0], pixels[a, view, 1] - pixels[b, view, 1])
                 if apart < OWN_RADII * radius[a, view]:
-                    off_a = np.sum((pixels[a, view] - expected[a, view]) ** 2)
-                    off_b = np.sum((pixels[b, view] - expected[b, view]) ** 2)
-                    pixels[a if off_a > off_b else b, view] = np.nan
+                    found[count] = a, b, view
+                    count += 1
+    return found[:count]
+
+
+@numba.njit(cache=True)
+def _doubt(
+    cameras: Floats, own: Floats, weight: Floats, view: int, disc: Floats, expected: Floats, limit: float
+) -> tuple[int, float]:
+    """Return how ill a disc (2,) in a view fits a marker with discs (C, 2) of its own: a rank, and pixels to rank by.
+
+    0: two of its own lead there; 1: it meets the only one; 2: nothing is known but where it is expected; 3: it is
+    not where its own discs say, or was lost to another marker.
+    """
+    point, used, _ = consistent(cameras, own, weight, limit)
+    if used.any():
+        x, y, _ = project_point(cameras[view], point, np.empty((2, 3)))
+        off = np.hypot(disc[0] - x, disc[1] - y)
+        return (0, off) if off <= limit else (3, off)
+    if np.sum(weight > 0.0) == 1:
+        both, equal = own.copy(), weight.copy()
+        both[view], equal[view] = disc, 1.0
+        _, used, off = consistent(cameras, both, equal, limit)
+        return (1, off) if used.any() else (3, np.inf)
+    off = np.hypot(disc[0] - expected[0], disc[1] - expected[1])
+    return (2, off) if np.isfinite(off) else (3, np.inf)
 
 
 @numba.njit(cache=True)
@@ -193,8 +212,10 @@ class RobustTracker:
         corrected = np.zeros(n_pixels.shape, dtype=bool)
         for marker, view, x, y in corrections:
             pixels[marker, view], share_seen[marker, view], corrected[marker, view] = (x, y), 1.0, True
-        _settle_owners(pixels, np.where(corrected[..., None], pixels, expected), radius, self.colour)
         limit = np.maximum(AGREE_PX, AGREE_RADII * np.median(radius, axis=1))
+        rivals = _rivals(pixels, radius, self.colour)
+        if len(rivals):
+            self._settle_owners(pixels, share_seen, corrected, expected, limit, rivals)
         points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
         self._reject(points, used, residual, corrected, limit)
         sights = Sights(pixels, n_pixels, corrected, used, points, residual)
@@ -221,9 +242,36 @@ class RobustTracker:
                     *planes, self.widths[view], self.across, self.share, expected[:, view], radius[:, view],
                     reach[:, view], cut, again, pixels[:, view], n_pixels[:, view], share_seen[:, view],
                 )  # fmt: skip
-            cut = (share_seen >= WELL_SEEN).sum(axis=1) < 2
+            well = share_seen >= WELL_SEEN
+            for *claimants, view in _rivals(pixels, radius, self.colour):
+                well[claimants, view] = False
+            cut = well.sum(axis=1) < 2
             reach = REACH_RADII[1] * radius
         return pixels, n_pixels, share_seen
+
+    def _settle_owners(
+        self,
+        pixels: Floats,
+        share_seen: Floats,
+        corrected: npt.NDArray[np.bool_],
+        expected: Floats,
+        limit: Floats,
+        rivals: npt.NDArray[np.int64],
+    ) -> None:
+        """Leave each disc that two markers claim to the one whose own discs lead to it."""
+        own, own_share = pixels.copy(), share_seen.copy()
+        own[rivals[:, :2], rivals[:, 2:]], own_share[rivals[:, :2], rivals[:, 2:]] = np.nan, 0.0
+        own_weights = weights(own_share)
+        for *claimants, view in rivals:
+            doubts = [
+                _doubt(
+                    self.packed, own[marker], own_weights[marker], view, pixels[marker, view],
+                    expected[marker, view], limit[marker],
+                ) if not corrected[marker, view] else (-1, 0.0)
+                for marker in claimants
+            ]  # fmt: skip
+            loser = claimants[doubts.index(max(doubts))]
+            pixels[loser, view], share_seen[loser, view] = np.nan, 0.0
 
     def _reject(
         self,
@@ -255,6 +303,8 @@ class RobustTracker:
     ) -> None:
         """Seek the markers without a point, those of a colour together, and put what is found into ``sights``."""
         lost = np.isnan(sights.points_m[:, 0])
+        near = STILL_M + STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
+        search = recovery.search_radius_m(self.hidden, near)
         for colour in np.unique(self.colour[lost]):
             same = self.colour == colour
             members = np.flatnonzero(same & lost)
@@ -262,8 +312,7 @@ class RobustTracker:
                 self.packed, self.widths, pictures, Mixer(self.across, self.share[members[0]]),
                 recovery.Lost(
                     members, self.states[members, 0], expected[members], radius[members],
-                    recovery.search_radius_m(self.hidden[members]),
-                    np.minimum(NEAR_M, STILL_M + STRAY_SDS * np.sqrt(self.covers[members, 0, 0])),
+                    search[members], near[members],
                 ),
                 _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
                 sights.points_m, self.lengths, float(np.median(limit[members])),
