@@ -43,7 +43,7 @@ def config(actors: int, duration_s: float) -> dict[str, Any]:
         {"actor": f"a{number}", "voice": ("Female1", "Male1")[number % 2], "records": 4, "duration_s": duration_s}
         for number in range(actors)
     ]
-    return {"studio": {"sound": False, "actors": cast}, "sweep": {"clusters": [], "states": []}}
+    return {"studio": {"sound": False, "film": False, "actors": cast}, "sweep": {"clusters": [], "states": []}}
 
 
 def exponent(points: pd.DataFrame, axis: str, measure: str) -> tuple[float, float]:
