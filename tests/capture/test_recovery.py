@@ -78,7 +78,7 @@ def test_two_lost_hands_are_told_apart_by_their_forearms():
     known[hands] = np.nan
     mixer, none = colour.mixers(colour.chroma(colour.SKIN))["red"], np.empty((0, len(CAMERAS), 2))
     found = recovery.seek(
-        packed(CAMERAS), [696] * 5, pictures, mixer, lost, none, known, recovery.lengths(body), 1.2
+        packed(CAMERAS), np.full(5, 696), pictures, mixer, lost, none, known, recovery.lengths(body), 1.2
     )  # fmt: skip
     for hand, point in zip(hands, now, strict=True):
         np.testing.assert_allclose(found[hand].point_m, point, atol=2e-3)

@@ -96,6 +96,27 @@ def test_other_programs_get_their_files(filmed, record):
         assert (filmed / "export" / f"{record}.{ending}").read_bytes().startswith(first)
 
 
+def test_cameras_of_other_footage_are_refused(filmed, tmp_path):
+    """The calibration take was filmed anew after the cameras were found: no marker is sought with them."""
+    again = tmp_path / "results" / "film"
+    for part in ("corpus/raw/laser", "corpus/raw/ada_1"):
+        shutil.copytree(filmed / part, again / part)
+    (again / "capture").mkdir()
+    shutil.copy(filmed / "capture" / "cameras.parquet", again / "capture")
+    with (again / "corpus" / "raw" / "laser" / "c2.mkv").open("ab") as film:
+        film.write(b"more")
+    ended = Project(tmp_path).run(
+        "results/film/capture/ada_1/markers_3d.parquet", "--allowed-rules", "track", config=FILM
+    )
+    assert ended.returncode != 0
+    assert (
+        "cospeech: track: results/film/corpus/raw/laser: the cameras were calibrated from another take (camera c2 "
+        "differs); delete capture/cameras.parquet and run again"
+    ) in ended.stdout
+    assert "Traceback" not in ended.stdout
+    assert not list((again / "capture").rglob("markers_*.parquet"))
+
+
 def test_true_angles_go_the_way_of_found_ones(filmed, tmp_path):
     """With the found angles in the place of the true ones, the scores are those of the run itself."""
     shutil.copytree(filmed, tmp_path / "results" / "film")

@@ -114,17 +114,18 @@ def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: flo
 
 
 @numba.njit(cache=True)
-def _support(points: Floats, x: float, y: float, radius: float) -> float:
-    """Return how many outline points lie on the circle, less those outside of it."""
-    total = 0.0
+def _support(points: Floats, x: float, y: float, radius: float, least: float) -> float:
+    """Return how many outline points lie on the circle, less those outside; below ``least`` it is not counted out."""
+    total, inner, outer = 0.0, max(0.0, radius - ON_CIRCLE_PX) ** 2, (radius + ON_CIRCLE_PX) ** 2
     for k in range(len(points)):
+        if total + len(points) - k < least:
+            break
         dx, dy = x - points[k, 0], y - points[k, 1]
-        away = np.sqrt(dx * dx + dy * dy) - radius
-        if abs(away) < ON_CIRCLE_PX:
-            if dx * points[k, 2] + dy * points[k, 3] > 0.0:
-                total += 1.0 - (away / ON_CIRCLE_PX) ** 2
-        elif away > 0.0:
+        square = dx * dx + dy * dy
+        if square >= outer:
             total -= 0.25
+        elif square > inner and dx * points[k, 2] + dy * points[k, 3] > 0.0:
+            total += 1.0 - ((np.sqrt(square) - radius) / ON_CIRCLE_PX) ** 2
     return total
 
 
@@ -146,7 +147,8 @@ def _propose(points: Floats, radius: float, x: float, y: float, reach: float) ->
                 stray = np.hypot(u - x, v - y)
                 if stray > reach:
                     continue
-                score = _support(points, u, v, radius) - STRAY_COST * stray
+                cost = STRAY_COST * stray
+                score = _support(points, u, v, radius, best + cost) - cost
                 if score > best:
                     best, best_x, best_y = score, u, v
     return best_x, best_y

@@ -131,7 +131,7 @@ def search_radius_m(hidden_frames: npt.NDArray[np.int64], unsure_m: Floats) -> F
 
 
 def seek(
-    cameras: Floats, widths: Sequence[int], pictures: Sequence[Planes], mixer: Mixer, lost: Lost,
+    cameras: Floats, widths: npt.NDArray[np.int64], pictures: Sequence[Planes], mixer: Mixer, lost: Lost,
     owned: Floats, others_m: Floats, lengths: Lengths, limit_px: float,
 ) -> dict[int, Found]:  # fmt: skip
     """Return the lost markers that are found.
@@ -163,7 +163,9 @@ def seek(
     return {int(lost.markers[row]): points[column] for row, column in pairs if cost[row, column] < np.inf}
 
 
-def _free(widths: Sequence[int], pictures: Sequence[Planes], mixer: Mixer, lost: Lost, owned: Floats) -> Floats:
+def _free(
+    widths: npt.NDArray[np.int64], pictures: Sequence[Planes], mixer: Mixer, lost: Lost, owned: Floats
+) -> Floats:
     """Return the free discs (C, n, 4) around all lost markers, each once; NaN where a view has fewer."""
     views = []
     for view, planes in enumerate(pictures):

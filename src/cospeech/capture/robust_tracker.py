@@ -76,31 +76,6 @@ def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> t
 
 
 @numba.njit(cache=True)
-def _measure_view(
-    y: npt.NDArray[np.uint8], cb: npt.NDArray[np.uint8], cr: npt.NDArray[np.uint8], width: int,
-    across: Floats, share: Floats, expected: Floats, radius: Floats, reach: Floats,
-    cut: npt.NDArray[np.bool_], again: bool, pixels: Floats, n_pixels: npt.NDArray[np.int64], share_seen: Floats,
-) -> None:  # fmt: skip
-    """Put what one view shows of the markers that are not seen yet into pixels (M, 2), counts and shares (M,).
-
-    ``cut`` (M,) says whose disc is fitted where it is not whole; ``again``, that only those are looked at.
-    """
-    for marker in range(len(expected)):
-        if (
-            share_seen[marker] > 0.0
-            or (again and not cut[marker])
-            or not (np.isfinite(expected[marker, 0]) and np.abs(expected[marker]).max() < 1e5)
-        ):
-            continue
-        u, v, count, whole = measure(
-            y, cb, cr, width, across, share[marker], expected[marker, 0], expected[marker, 1],
-            radius[marker], reach[marker], cut[marker],
-        )  # fmt: skip
-        pixels[marker] = u, v
-        n_pixels[marker], share_seen[marker] = count, whole
-
-
-@numba.njit(cache=True)
 def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return the discs (n, 3) that two markers of a colour claim: both markers and the view, of pixels (M, C, 2)."""
     n_markers, n_views = pixels.shape[:2]
@@ -113,6 +88,39 @@ def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> np
                     found[count] = a, b, view
                     count += 1
     return found[:count]
+
+
+@numba.njit(cache=True)
+def _measure(
+    pictures: tuple[Planes, ...], widths: npt.NDArray[np.int64], across: Floats, share: Floats,
+    colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats,
+) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
+    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: whole discs near where expected.
+
+    Of a marker that two views do not see well and for it alone, cut discs and those farther off count too.
+    """
+    n_markers, n_views = radius.shape
+    pixels, n_pixels = np.full((n_markers, n_views, 2), np.nan), np.zeros((n_markers, n_views), dtype=np.int64)
+    share_seen, cut = np.zeros((n_markers, n_views)), np.zeros(n_markers, dtype=np.bool_)
+    for again in (False, True):
+        for view in range(n_views):
+            y, cb, cr = pictures[view]
+            for marker in range(n_markers):
+                u, v = expected[marker, view]
+                known = np.isfinite(u) and max(abs(u), abs(v)) < 1e5
+                if share_seen[marker, view] > 0.0 or (again and not cut[marker]) or not known:
+                    continue
+                far = REACH_RADII[1] * radius[marker, view] if again else reach[marker, view]
+                x, y_found, count, whole = measure(
+                    y, cb, cr, widths[view], across, share[marker], u, v, radius[marker, view], far, again
+                )
+                pixels[marker, view] = x, y_found
+                n_pixels[marker, view], share_seen[marker, view] = count, whole
+        well = share_seen >= WELL_SEEN
+        for a, b, view in _rivals(pixels, radius, colour):
+            well[a, view] = well[b, view] = False
+        cut = well.sum(axis=1) < 2
+    return pixels, n_pixels, share_seen
 
 
 @numba.njit(cache=True)
@@ -186,7 +194,7 @@ class RobustTracker:
     ) -> None:
         self.packed, self.first_m = packed(cameras), first_m
         self.lengths = recovery.lengths(first_m)
-        self.widths = [camera.size_px[0] for camera in cameras]
+        self.widths = np.array([camera.size_px[0] for camera in cameras])
         self.across = mixers["red"].across
         self.share = np.stack([mixers[marker.colour].share for marker in MARKERS])
         names = sorted(mixers)
@@ -208,7 +216,9 @@ class RobustTracker:
             _predict(self.states, self.covers, self.move, self.noise)
         self.started = True
         expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
-        pixels, n_pixels, share_seen = self._measure(pictures, expected, radius, reach)
+        pixels, n_pixels, share_seen = _measure(
+            tuple(pictures), self.widths, self.across, self.share, self.colour, expected, radius, reach
+        )
         corrected = np.zeros(n_pixels.shape, dtype=bool)
         for marker, view, x, y in corrections:
             pixels[marker, view], share_seen[marker, view], corrected[marker, view] = (x, y), 1.0, True
@@ -226,28 +236,6 @@ class RobustTracker:
         pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
         n_pixels[np.isnan(pixels[..., 0])] = 0
         return sights
-
-    def _measure(
-        self, pictures: Sequence[Planes], expected: Floats, radius: Floats, reach: Floats
-    ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:
-        """Return pixels (M, C, 2), counts and shares (M, C): whole discs near where they are expected.
-
-        Of a marker that two views do not see well, cut discs and those farther off count too.
-        """
-        pixels, n_pixels = np.full(expected.shape, np.nan), np.zeros(radius.shape, dtype=np.int64)
-        share_seen, cut = np.zeros(radius.shape), np.zeros(len(MARKERS), dtype=bool)
-        for again in (False, True):
-            for view, planes in enumerate(pictures):
-                _measure_view(
-                    *planes, self.widths[view], self.across, self.share, expected[:, view], radius[:, view],
-                    reach[:, view], cut, again, pixels[:, view], n_pixels[:, view], share_seen[:, view],
-                )  # fmt: skip
-            well = share_seen >= WELL_SEEN
-            for *claimants, view in _rivals(pixels, radius, self.colour):
-                well[claimants, view] = False
-            cut = well.sum(axis=1) < 2
-            reach = REACH_RADII[1] * radius
-        return pixels, n_pixels, share_seen
 
     def _settle_owners(
         self,
