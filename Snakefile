@@ -48,11 +48,18 @@ SWEEP = configuration.sweep_settings(config)
 SYSTEMS = systems(studio=VIRTUAL)
 
 
-# Not the names that there are: Snakemake searches a constraint anew for every path, and many names are a long one.
+def one_of(names):
+    """A constraint to these names, so that another one is an unknown file; where there are many, to any name.
+
+    Snakemake searches a constraint anew for every path, and a long list of names takes long.
+    """
+    return "|".join(names) if len(names) <= 100 else configuration.NAME
+
+
 wildcard_constraints:
-    record=configuration.NAME,
-    fold=configuration.NAME,
-    actor=configuration.NAME,
+    record=one_of(RECORDS),
+    fold=one_of(RECORDS),
+    actor=one_of(ACTORS),
     system="|".join(SYSTEMS),
 
 
