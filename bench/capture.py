@@ -62,7 +62,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     limbs, markers = scene(n_frames)
     films = shoot(folder, cameras, 4)
     follow.follow(films, cameras, "robust", 4, where="bench")  # compiled
-    pictures = [planes for planes, _ in film.frames(cameras[2], limbs[:40], markers[:40], SEED)]
+    pictures = [planes.copy() for planes, _ in film.frames(cameras[2], limbs[:40], markers[:40], SEED)]
     encoding = min(timed(lambda: film.encode(folder / "c.mkv", pictures, rig.FPS)) for _ in range(3)) / len(pictures)
     shots = film.frames(cameras[2], limbs, markers, SEED)
     drawing = min(timed(lambda: next(shots)) for _ in range(40))

@@ -24,7 +24,8 @@ def filmed(folder, angles):
     cameras = rig.cameras(696, 1)
     pixels = []
     for camera in cameras:
-        pictures, shown = zip(*film.frames(camera, limbs, markers, 1), strict=True)
+        shown = np.empty(markers.shape[:2])
+        pictures = film.noted(film.frames(camera, limbs, markers, 1), shown)
         film.encode(folder / f"{camera.name}.mkv", pictures, rig.FPS)
         pixels.append(shown)
     return (

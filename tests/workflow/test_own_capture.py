@@ -108,7 +108,7 @@ def film_scene(top):
     limbs, worn = stage.limbs(moved), dress.wear(moved, dress.places("ada", 1))
     for camera in cameras:
         late = LATE_FRAMES[camera.name]
-        pictures = [picture for picture, _ in film.frames(camera, limbs[late:], worn[late:], 1)]
+        pictures = [picture.copy() for picture, _ in film.frames(camera, limbs[late:], worn[late:], 1)]
         heard = 0.5 * sound[round(late / FILM_FPS * RATE_HZ) :]
         write_film(top / "films_good" / f"{camera.name}.mkv", pictures, heard + draw.normal(0, 0.001, len(heard)))
     shutil.copytree(top / "films_good", top / "films_truncated")
