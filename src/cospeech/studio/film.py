@@ -23,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 NOISE = 1.5
 """Standard deviation of the sensor's noise, of 255."""
 PIXELS = "yuvj444p"
+"""Y, Cb, Cr in full range, colour as fine as brightness."""
 QUALITY = 3
 """Quantiser of the encoder, 2 the finest."""
 BATCH = 64
