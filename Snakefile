@@ -8,7 +8,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from cospeech import alone, closure, estimate
+from cospeech import alone, closure, estimate, progress
 from cospeech import config as configuration
 from cospeech.errors import UserError
 from cospeech.synthesis import systems
@@ -151,7 +151,7 @@ onstart:
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        print(f"cospeech: {told}", file=sys.stderr)
+        progress.tell(f"cospeech: {told}")
 
 
 onsuccess:
@@ -168,4 +168,4 @@ onsuccess:
 
 onerror:
     for line in mistakes(since=STARTED):
-        print(f"cospeech: {line}", file=sys.stderr)
+        progress.tell(f"cospeech: {line}")

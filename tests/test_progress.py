@@ -1,7 +1,11 @@
 """What a person who waits is told: of a long job, and of the whole run."""
 
+import io
 import logging
 import os
+import sys
+from collections import Counter
+from threading import Thread
 from types import SimpleNamespace
 
 import pytest
@@ -78,3 +82,18 @@ def test_errors_pass_through(monkeypatch, capsys):
 def test_quiet_reaches_the_jobs(monkeypatch, quiet, speak):
     handler(monkeypatch, quiet)
     assert (progress.SAID_BY_JOBS in os.environ) is speak
+
+
+def test_threads_that_speak_at_once_do_not_break_one_anothers_lines(monkeypatch, tmp_path):
+    said = io.TextIOWrapper((tmp_path / "said").open("wb", buffering=0), write_through=True)  # PYTHONUNBUFFERED
+    monkeypatch.setattr("sys.stderr", said)
+    usual_s = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    speakers = [Thread(target=lambda name=name: [progress.tell(name * 40) for _ in range(2000)]) for name in "abcd"]
+    for speaker in speakers:
+        speaker.start()
+    for speaker in speakers:
+        speaker.join()
+    sys.setswitchinterval(usual_s)
+    said.close()
+    assert Counter((tmp_path / "said").read_text().splitlines()) == {name * 40: 2000 for name in "abcd"}

@@ -6,7 +6,6 @@ import hashlib
 import json
 import logging
 import os
-import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -60,7 +59,7 @@ class Job:
         def say(line: str) -> None:
             self.say(line)
             if progress.SAID_BY_JOBS in os.environ:
-                print(f"  {name}: {line}", file=sys.stderr, flush=True)
+                progress.tell(f"  {name}: {line}")
 
         return progress.followed(things, unit, say)
 
@@ -95,6 +94,6 @@ def run(snakemake: Any) -> Iterator[Job]:
 def _stop(message: str) -> None:
     line = " ".join(message.split())
     log.error(f"ERROR {line}")
-    print(f"cospeech: {line}", file=sys.stderr, flush=True)
+    progress.tell(f"cospeech: {line}")
     logging.shutdown()
     os._exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
@@ -13,6 +14,12 @@ EVERY_S = 10.0
 """Least time between two lines of one job."""
 
 Thing = TypeVar("Thing")
+
+
+def tell(line: str) -> None:
+    """Write ``line`` with its end on stderr: nothing comes between the two, even where stderr keeps no buffer."""
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 def clock(seconds: float) -> str:

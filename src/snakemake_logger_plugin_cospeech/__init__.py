@@ -7,7 +7,6 @@ else Snakemake has to say, pass through as it words them; ``--quiet progress`` l
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections import Counter, defaultdict
 from logging import LogRecord
@@ -17,7 +16,7 @@ from typing import NamedTuple
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from cospeech.progress import SAID_BY_JOBS, clock
+from cospeech.progress import SAID_BY_JOBS, clock, tell
 
 SILENT = (LogEvent.JOB_INFO, LogEvent.JOB_STARTED, LogEvent.JOB_FINISHED, LogEvent.RESOURCES_INFO, LogEvent.PROGRESS)
 """Events that the lines of finished jobs stand for."""
@@ -97,4 +96,4 @@ class LogHandler(LogHandlerBase):
     @staticmethod
     def _write(line: str) -> None:
         if line:
-            print(line, file=sys.stderr, flush=True)
+            tell(line)
