@@ -37,3 +37,12 @@ def test_the_line_tells_jobs_time_and_room_for_films():
     assert told.startswith("22 jobs, about 0:0")
     assert told.endswith("on 2 cores; 0.5 GB of film")
     assert "film" not in estimate.line({"page": 1}, DEMO, 5, 0, 2)
+
+
+def test_a_video_takes_as_long_as_what_it_shows():
+    seconds = []
+    for longest_s in (30, 60, 90, None):
+        config = copy.deepcopy(DEMO)
+        config["animation"]["video"]["longest_s"] = longest_s
+        seconds.append(estimate.seconds({"comparison": 1}, config, 5, 0) - estimate.START_S)
+    assert seconds[1:] == pytest.approx([2 * seconds[0]] * 3)

@@ -1,12 +1,12 @@
 """The films of one record side by side, with the markers drawn on them."""
 
 from cospeech import job, mp4, tables, trajectories
-from cospeech.capture import camera, offsets, overlay
+from cospeech.capture import camera, footage, overlay
 
 with job.run(snakemake) as work:
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None
     rig = camera.from_table(work.read(work.input.cameras, "cameras"))
-    films, cameras = offsets.in_step(work.input.films, began, rig)
+    films, cameras = footage.of_take(work.input.films, began, rig)
     views, world = work.read(work.input.views, "markers_2d"), work.read(work.input.world, "markers_3d")
     fps, title = trajectories.frame_rate(world), f"{work.wildcards.record} · {work.corpus}"
     with tables.replacing(work.output.video) as path:

@@ -1,14 +1,14 @@
 """Follow the markers of one record through its films: where they are in every view and in the world."""
 
 from cospeech import job
-from cospeech.capture import camera, clicks, fingerprint, follow, footage, offsets, quality_sheet, sights
+from cospeech.capture import camera, clicks, fingerprint, follow, footage, quality_sheet, sights
 
 with job.run(snakemake) as work:
     settings = work.params["settings"]
     rig = work.read(work.input.cameras, "cameras")
     fingerprint.check(dict(zip(rig["camera"], rig["footage"], strict=True)), work.input.calibration)
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None
-    films, cameras = offsets.in_step(work.input.films, began, camera.from_table(rig))
+    films, cameras = footage.of_take(work.input.films, began, camera.from_table(rig))
     n_frames = footage.check(films, cameras, settings["most_frames_apart"])
     found = follow.follow(
         films,

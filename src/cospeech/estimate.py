@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from cospeech.progress import clock
 
-START_S = 2.5
+START_S = 1.8
 """Seconds to start a job, to read its tables and to write them, on the two slow cores where all this was measured."""
 
 PICTURE_S = {
-    "studio_film": 7e-3,
-    "studio_range": 7e-3,
-    "studio_laser": 6e-3,
-    "track": 4e-3,
-    "track_other": 4e-3,
-    "laser": 3e-3,
+    "studio_film": 5.2e-3,
+    "studio_range": 5.2e-3,
+    "studio_laser": 3e-3,
+    "track": 2.4e-3,
+    "track_other": 2.4e-3,
+    "laser": 1.8e-3,
 }
 """Seconds for one picture of ``PICTURE_PX``, drawn and encoded, or decoded and measured."""
 
@@ -26,16 +27,16 @@ PICTURE_BYTES = 9_800
 TAKE_S = {"studio_range": 24.0, "studio_laser": 35.0, "laser": 35.0}
 """Length of the takes that are no records."""
 
-OWN_S = {"comparison": 0.4, "skeleton": 0.02}
-"""Seconds for one second of a record."""
+OWN_S = {"comparison": 0.33, "skeleton": 0.02}
+"""Seconds for one second of a record, or of its video."""
 
 LEARNING_S = {
-    "sweep_clusters": 0.003,
-    "sweep_hsmm": 0.002,
-    "prosody_clusters": 0.003,
-    "gesture_fold": 0.01,
-    "gesture_model": 0.01,
-    "true_angles": 0.03,
+    "sweep_clusters": 0.001,
+    "sweep_hsmm": 0.0006,
+    "prosody_clusters": 0.001,
+    "gesture_fold": 0.005,
+    "gesture_model": 0.005,
+    "true_angles": 0.015,
 }
 """Seconds for one second of all records of an actor, the rules of the sweep at each setting."""
 
@@ -54,9 +55,11 @@ def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int,
     record_s = sum(actor["records"] * actor["duration_s"] for actor in actors) / n_records
     actor_s = record_s * n_records / len(actors)
     pictures = config["studio"]["motion_fps"] * n_views * _size(config)
+    longest_s = config["animation"]["video"]["longest_s"] or math.inf
     total_s = 0.0
     for rule, number in planned.items():
-        each_s = START_S + OWN_S.get(rule, 0.0) * record_s
+        own_s = min(record_s, longest_s) if rule == "comparison" else record_s
+        each_s = START_S + OWN_S.get(rule, 0.0) * own_s
         each_s += PICTURE_S.get(rule, 0.0) * TAKE_S.get(rule, record_s) * pictures
         each_s += LEARNING_S.get(rule, 0.0) * actor_s * (n_settings if rule.startswith("sweep") else 1)
         total_s += number * each_s

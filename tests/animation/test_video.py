@@ -46,7 +46,7 @@ def decode(path):
 
 def test_a_decoder_finds_every_frame_and_the_sound(tmp_path, tone):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, tone)
+    video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
     shown, rate, lengths, heard = decode(path)
     assert len(shown) == N_FRAMES
     assert rate == FPS
@@ -67,7 +67,7 @@ def test_a_film_is_shown_beside_in_step(tmp_path):
     planes = [np.stack([np.full((48, 64), y, np.uint8), *(np.full((48, 64), 128, np.uint8),) * 2]) for y in range(50)]
     studio.encode(tmp_path / "c3.mkv", planes, FPS)
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "ada_1", FPS / 2, HEIGHT, None, tmp_path / "c3.mkv")
+    video.film(path, panels(), "ada_1", FPS / 2, HEIGHT, None, None, tmp_path / "c3.mkv")
     shown, *_ = decode(path)
     height, width = video.panel_size(HEIGHT)
     assert shown[0].shape == (height, 2 * width, 3)
@@ -82,7 +82,7 @@ def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
         for number, allowed in enumerate((cores, cores, {min(cores)})):
             os.sched_setaffinity(0, allowed)
             path = tmp_path / f"{number}.mp4"
-            video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, tone)
+            video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
             digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
     finally:
         os.sched_setaffinity(0, cores)
@@ -91,7 +91,7 @@ def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
 
 def test_a_film_names_no_program_and_no_date(tmp_path):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "", FPS, HEIGHT, None)
+    video.film(path, panels(), "", FPS, HEIGHT, None, None)
     with av.open(str(path)) as film:
         assert "encoder" not in film.metadata
         assert "creation_time" not in film.metadata
@@ -101,7 +101,7 @@ def test_a_film_names_no_program_and_no_date(tmp_path):
 @pytest.mark.parametrize("fps", [10.0, 25.0, 29.97])
 def test_a_film_of_another_rate_lasts_as_long(tmp_path, tone, fps):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "", fps, HEIGHT, tone)
+    video.film(path, panels(), "", fps, HEIGHT, None, tone)
     shown, rate, lengths, _ = decode(path)
     assert len(shown) == video.n_pictures(panels()[0].motion, fps) == round(N_FRAMES / FPS * fps)
     assert rate == pytest.approx(fps, rel=1e-4)
@@ -129,3 +129,21 @@ def test_every_gesture_has_a_tag_and_text_stays_inside_the_picture():
     image = np.full((24, 20, 3), 255, dtype=np.uint8)
     canvas.write(image, "a long text in a small picture", 5, 12, 14)
     assert (image != 255).any()
+
+
+def test_of_a_long_record_the_beginning_is_shown(tmp_path, tone):
+    path = tmp_path / "a.mp4"
+    shorter = [panel.opening(30) for panel in panels(2)]
+    for panel in shorter:
+        assert len(panel.motion) == 30
+        assert panel.phrases["end_s"].iloc[-1] == 30 / FPS
+    video.film(path, panels(2), "ada_1", FPS, HEIGHT, 1.5, tone)
+    shown, _, lengths, _ = decode(path)
+    assert len(shown) == 30
+    assert lengths["audio"] == pytest.approx(1.5, abs=1 / FPS)
+    drawn = [image.copy() for image in video.pictures(shorter, FPS, HEIGHT, "ada_1 · first 1.5 s")]
+    errors = [np.mean((ours.astype(float) - theirs) ** 2) for ours, theirs in zip(drawn, shown, strict=True)]
+    assert 10 * np.log10(255**2 / max(errors)) > 28  # dB, as above
+    video.film(tmp_path / "b.mp4", panels(2), "ada_1", FPS, HEIGHT, 2.5, tone)
+    video.film(tmp_path / "c.mp4", panels(2), "ada_1", FPS, HEIGHT, None, tone)
+    assert (tmp_path / "b.mp4").read_bytes() == (tmp_path / "c.mp4").read_bytes()

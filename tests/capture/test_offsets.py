@@ -83,7 +83,7 @@ def test_planted_shifts_are_recovered_to_a_small_part_of_a_frame(take):
     # All begin with the last one, c3: each view by whole frames, the sound to the sample.
     assert found.loc["c3", "skipped_s"] == 0
     assert found.loc["sound", "skipped_s"] == pytest.approx(1.23, abs=0.005)
-    ready, cameras = offsets.in_step([film.path for film in films], table, RIG[::-1])
+    ready, cameras = footage.of_take([film.path for film in films], table, RIG[::-1])
     assert cameras == RIG
     assert [film.first for film in ready] == [round(0.83 * FPS), round(1.48 * FPS), 0]
     assert footage.in_step(ready, 40) == round(SECONDS * FPS) - round(1.48 * FPS)
@@ -102,7 +102,7 @@ def test_films_without_sound_and_silent_ones_are_taken_to_be_in_step_unless_a_pe
     assert table["origin"].tolist() == ["none", "none", "heard"]
     table = offsets.offsets(films, None, {"c2": -0.2})
     assert table["origin"].tolist() == ["none", "given"]
-    ready, _ = offsets.in_step([film.path for film in films], table, RIG[:2])
+    ready, _ = footage.of_take([film.path for film in films], table, RIG[:2])
     assert [(film.first, film.n_frames) for film in ready] == [(0, 2 * FPS), (5, 2 * FPS - 5)]
     with pytest.raises(UserError, match=r"c2\.mkv: is over before the last .* begins, 9\.00 s later"):
         offsets.offsets(films, None, {"c2": -9.0})

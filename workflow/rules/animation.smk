@@ -2,7 +2,7 @@
 
 ANIMATION = config["animation"]
 SHOWN = ANIMATION["video"]["shown"]
-FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px")}
+FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
 # What is shown of the studio's five films beside a figure: the one from the front.

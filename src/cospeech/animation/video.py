@@ -6,7 +6,7 @@ The same tables and sound give the same bytes (see ``mp4``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,13 @@ class Panel:
     title: str
     motion: pd.DataFrame
     phrases: pd.DataFrame
+
+    def opening(self, n_frames: int) -> Panel:
+        """Return the panel of the first ``n_frames`` of the motion."""
+        end_s = n_frames / skeleton.frame_rate(self.motion)
+        begun = self.phrases[self.phrases["start_s"] < end_s]
+        phrases = begun.assign(end_s=begun["end_s"].clip(upper=end_s))
+        return replace(self, motion=self.motion.iloc[:n_frames], phrases=phrases)
 
 
 def panel_size(height_px: int) -> tuple[int, int]:
@@ -136,13 +143,19 @@ def film(
     caption: str,
     fps: float,
     height_px: int,
+    longest_s: float | None,
     sound: str | Path | None,
     shot: str | Path | None = None,
 ) -> None:
     """Write the video of ``panels`` (see ``pictures``) as MP4 to ``path``, silent where ``sound`` names no file.
 
-    ``shot`` names the film that the first motion was found in, a picture a motion frame; it is shown beside.
+    Of what is longer than ``longest_s`` it shows the beginning, and says so. ``shot`` names the film that the first
+    motion was found in, a picture a motion frame; it is shown beside.
     """
+    if longest_s is not None and n_pictures(panels[0].motion, fps) > longest_s * fps:
+        n_frames = round(longest_s * skeleton.frame_rate(panels[0].motion))
+        panels = [panel.opening(n_frames) for panel in panels]
+        caption = f"{caption} · first {longest_s:g} s"
     images = pictures(panels, fps, height_px, caption)
     motion = panels[0].motion
     if shot is not None:

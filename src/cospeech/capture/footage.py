@@ -16,6 +16,7 @@ from pathlib import Path
 import av
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
@@ -131,6 +132,23 @@ def in_order(films: Sequence[Film], cameras: Sequence[Camera]) -> list[Camera]:
             "named like it, for each camera of the rig"
         )
     return [known[name] for name in names]
+
+
+def of_take(
+    paths: Sequence[str | Path], table: pd.DataFrame | None, cameras: Sequence[Camera]
+) -> tuple[list[Film], list[Camera]]:
+    """Return the films of a take without what they skip by the table ``offsets``, and the camera of each.
+
+    Raises
+    ------
+    UserError : see ``examine`` and ``in_order``.
+    """
+    films = [examine(path) for path in paths]
+    cameras = in_order(films, cameras)
+    if table is not None:
+        skipped = table.set_index("stream")["skipped_s"]
+        films = [film.after(round(skipped[film.path.stem] * film.fps)) for film in films]
+    return films, cameras
 
 
 def in_step(films: Sequence[Film], most_frames_apart: int) -> int:

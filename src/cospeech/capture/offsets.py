@@ -18,8 +18,6 @@ import pandas as pd
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import correlate
 
-from cospeech.capture import footage
-from cospeech.capture.camera import Camera
 from cospeech.capture.footage import Film
 from cospeech.errors import UserError
 
@@ -175,20 +173,3 @@ def _skipped_s(films: Sequence[Film], table: pd.DataFrame) -> list[float]:
             )
         skipped.append(frames / film.fps)
     return skipped + [start_s - offset_s for offset_s in table["offset_s"][len(films) :]]
-
-
-def in_step(
-    paths: Sequence[str | Path], table: pd.DataFrame | None, cameras: Sequence[Camera]
-) -> tuple[list[Film], list[Camera]]:
-    """Return the films of a take without what they skip by the table ``offsets``, and the camera of each.
-
-    Raises
-    ------
-    UserError : see ``footage.examine`` and ``footage.in_order``.
-    """
-    films = [footage.examine(path) for path in paths]
-    cameras = footage.in_order(films, cameras)
-    if table is not None:
-        skipped = table.set_index("stream")["skipped_s"]
-        films = [film.after(round(skipped[film.path.stem] * film.fps)) for film in films]
-    return films, cameras

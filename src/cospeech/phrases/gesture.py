@@ -13,7 +13,6 @@ from cospeech.errors import UserError
 from cospeech.markov import parallel, parallel_start
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
 from cospeech.phrases import model as models
-from cospeech.phrases import rules
 from cospeech.phrases.model import Labelled
 
 Floats = npt.NDArray[np.float64]
@@ -109,6 +108,8 @@ def train(
     """
     labels, states = tuple(settings["labels"]), settings["states"]
     if settings["first_examples"] == "rules":
+        from cospeech.phrases import rules  # not above: what it brings along takes long to load
+
         annotations = rules.complete(annotations, motions, labels)
     tables = {record: features(motion) for record, motion in motions.items()}
     names, notes = _moving(tables)

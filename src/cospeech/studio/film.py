@@ -58,7 +58,8 @@ def frames(
     """
     draw = np.random.default_rng([seed, *camera.name.encode()])
     speckle = grain(noise, draw)
-    sight, room = stage.sight(camera), stage.room(camera)
+    sight = stage.sight(camera)
+    room = stage.room(camera, sight)
     empty = np.rint(paint.STEPS * room).astype(np.int16)
     picture, depth = np.empty_like(room), np.empty_like(room[0])
     planes = np.empty(room.shape, dtype=np.uint8)

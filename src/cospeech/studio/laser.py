@@ -82,7 +82,7 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
     width, height = camera.size_px
     draw = np.random.default_rng([seed, *camera.name.encode(), 9])
     grain = film.grain(noise, draw)
-    dim = stage.room(camera) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
+    dim = stage.room(camera, stage.sight(camera)) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
     empty = np.rint(paint.STEPS * np.clip(dim, *RANGE)).astype(np.int16)
     spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
     picture, planes = np.empty_like(empty), np.empty(empty.shape, dtype=np.uint8)

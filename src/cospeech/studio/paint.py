@@ -23,7 +23,8 @@ SAMPLES = 4
 """Rays along either side of a pixel around markers."""
 AMBIENT = np.float32(0.72)
 """Share of light from all sides: the studio is lit diffusely (2.4 of the thesis)."""
-STEPS = 16
+BITS = 4
+STEPS = 1 << BITS
 """Steps of light from one value of a byte to the next before noise is added; the weights of the blur sum to it."""
 
 ZERO, ONE, NEUTRAL, FAR = np.float32(0.0), np.float32(1.0), np.float32(128.0), np.float32(np.inf)
@@ -276,8 +277,9 @@ def grained(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
 
 @compiled
 def _add(shown: Shorts, grain: Grain, out: Planes) -> None:
-    for column in range(len(out)):
-        out[column] = (shown[column] + grain[column] + STEPS // 2) // STEPS
+    for column in range(len(out)):  # 32 bits and a shift for the division, so that the loop runs in vectors
+        light = np.int32(shown[column]) + np.int32(grain[column]) + np.int32(STEPS // 2)
+        out[column] = np.uint8(light >> np.int32(BITS))
 
 
 @compiled

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech import skeleton
-from cospeech.capture.camera import Camera, rays
+from cospeech.capture.camera import Camera, flatten
 from cospeech.markers import COLOURS, MARKERS
 
 Floats = npt.NDArray[np.float64]
@@ -75,14 +75,16 @@ def sight(camera: Camera) -> Singles:
     """Return the slopes x / z and y / z (2, H, W) of the ray of each pixel in the axes of ``camera``."""
     width, height = camera.size_px
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
-    ahead = rays(camera, grid) @ camera.rotation.T
-    return np.stack([ahead[..., 0] / ahead[..., 2], ahead[..., 1] / ahead[..., 2]]).astype(np.float32)
+    return np.ascontiguousarray(np.moveaxis(flatten(camera, grid), -1, 0), dtype=np.float32)
 
 
-def room(camera: Camera) -> Singles:
-    """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor."""
+def room(camera: Camera, sight: Singles) -> Singles:
+    """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor.
+
+    ``sight`` (2, H, W) is that of ``camera``.
+    """
     width, height = camera.size_px
-    right, below = sight(camera).astype(float)
+    right, below = sight.astype(float)
     down = np.stack([right, below, np.ones((height, width))], axis=-1) @ camera.rotation
     place = camera.place_m
     along = np.where(down[..., 1] < -1e-9, -place[1] / np.minimum(down[..., 1], -1e-9), np.inf)
