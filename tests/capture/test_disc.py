@@ -11,7 +11,7 @@ from cospeech.markers import COLOURS
 MIXERS = colour.mixers(colour.chroma(colour.SKIN))
 
 
-def errors(name, radius, other, on_skin=False, distances=(0.7, 1.6)):
+def errors(name, radius, other, on_skin=False, distances=(0.7, 1.6), usual=disc.UNKNOWN):
     """Distances in pixels of measured and drawn centres, and how well each was seen, over 40 pictures."""
     rng, found = np.random.default_rng(0), []
     for seed in range(40):
@@ -24,7 +24,9 @@ def errors(name, radius, other, on_skin=False, distances=(0.7, 1.6)):
             discs.append((*(centre + away * np.array([np.cos(angle), np.sin(angle)])), radius, other))
         y, cb, cr = draw((64, 64), discs, seed=seed)
         expected = centre + rng.normal(0, radius / 9, 2)
-        u, v, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS[name], *expected, radius, 0.6 * radius, True)
+        u, v, pixels, share, _ = disc.measure(
+            y, cb, cr, 64, *MIXERS[name], *expected, radius, 0.6 * radius, 0.0, usual
+        )
         assert pixels > 0
         found.append((np.hypot(u - centre[0], v - centre[1]), share))
     return np.array(found).T
@@ -42,25 +44,64 @@ def test_whole_disc_is_centred_to_a_tenth_of_a_pixel(name, radius, on_skin):
 @pytest.mark.parametrize("name", COLOURS)
 @pytest.mark.parametrize("other", ["suit", "skin", "own"])
 def test_cut_disc_is_centred_though_its_pixels_are_not(name, other):
-    away, share = errors(name, 9.0, name if other == "own" else other)
-    assert np.sqrt(np.mean(away**2)) < 0.2
+    """A fifth to three fifths of its area are hidden; told what whole discs show, all that is left is its outline."""
+    away, share = errors(name, 9.0, name if other == "own" else other, usual=whole(name, 9.0))
+    assert np.sqrt(np.mean(away**2)) < 0.15
     assert share.mean() < 0.8
+
+
+def whole(name, radius):
+    """What is usual of whole discs, as the tracker learns it."""
+    found = [
+        disc.measure(
+            *draw((64, 64), [(32.3, 31.6, radius, name)], seed=seed), 64, *MIXERS[name], 32, 32, radius, 5.0, 0.0
+        )
+        for seed in range(10)
+    ]
+    light, inward = np.mean([shown[4] for shown in found], axis=0)
+    return float(light), float(inward)
+
+
+@pytest.mark.parametrize("name", COLOURS)
+def test_a_disc_that_has_lost_a_narrow_strip_has_not_lost_one_on_the_other_side(name):
+    """Its outline nearly fits two circles, a strip apart."""
+    away, _ = errors(name, 4.7, "suit", distances=(1.75, 1.85), usual=whole(name, 4.7))
+    assert np.quantile(away, 0.9) < 0.25
+
+
+def test_half_a_disc_is_found_by_the_light_of_whole_ones():
+    """Its bright middle is hidden. Cut at half of its own light, it would be too large for its circle."""
+    rows, columns = np.mgrid[:64, :64]
+    shade = np.clip(1.0 - 0.5 * ((columns - 32.0) ** 2 + (rows - 32.0) ** 2) / 81.0, 0.5, 1.0)
+
+    def measure(hidden, seed, usual):
+        y, *colours = draw((64, 64), [(32, 32, 9, "green"), *hidden], seed=seed)
+        shaded = [np.round(128 + (plane - 128.0) * shade).astype(np.uint8) for plane in colours]
+        return disc.measure(y, *shaded, 64, *MIXERS["green"], 32.0, 32.0, 9.0, 5.0, 0.0, usual)
+
+    usual = np.mean([measure([], seed, (0.0, 0.3))[4] for seed in range(10)], axis=0)
+    away = {True: [], False: []}
+    for seed in range(20):
+        for told, found in away.items():
+            u, v, *_ = measure([(20, 32, 17, "suit")], seed, (float(usual[0]) if told else 0.0, float(usual[1])))
+            found.append(np.hypot(u - 32, v - 32))
+    assert np.mean(away[True]) < 0.2 < 0.4 < np.mean(away[False])
 
 
 def test_hidden_disc_and_other_colour_are_not_seen():
     for discs in ([], [(32, 32, 9, "red")], [(32, 32, 20, "skin")], [(32, 32, 9, "white")]):
         y, cb, cr = draw((64, 64), discs)
-        u, _, pixels, share = disc.measure(y, cb, cr, 64, *MIXERS["green"], 32.0, 32.0, 9.0, 5.0, True)
+        u, _, pixels, share, usual = disc.measure(y, cb, cr, 64, *MIXERS["green"], 32.0, 32.0, 9.0, 5.0, 0.0)
         assert np.isnan(u)
-        assert (pixels, share) == (0, 0)
+        assert (pixels, share, usual) == (0, 0, disc.UNKNOWN)
 
 
 def test_window_at_the_edge_or_outside_of_the_picture_is_safe():
     y, cb, cr = draw((64, 64), [(2, 32, 9, "red")])
-    u, v, _, share = disc.measure(y, cb, cr, 64, *MIXERS["red"], 3.0, 32.0, 9.0, 5.0, True)
+    u, v, _, share, _ = disc.measure(y, cb, cr, 64, *MIXERS["red"], 3.0, 32.0, 9.0, 5.0, 0.0)
     assert np.hypot(u - 2, v - 32) < 0.3
     assert share < 1
-    assert np.isnan(disc.measure(y, cb, cr, 64, *MIXERS["red"], -80.0, 32.0, 9.0, 5.0, True)[0])
+    assert np.isnan(disc.measure(y, cb, cr, 64, *MIXERS["red"], -80.0, 32.0, 9.0, 5.0, 0.0)[0])
 
 
 def test_shares_sum_up_mixtures_and_leave_out_skin():

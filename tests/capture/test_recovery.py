@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pictures import draw
 
-from cospeech.capture import colour, recovery
+from cospeech.capture import colour, disc, recovery
 from cospeech.capture.camera import project
 from cospeech.capture.triangulate import packed
 from cospeech.markers import NAMES, RADIUS_M
@@ -13,6 +13,7 @@ from cospeech.studio import rig
 CAMERAS = rig.cameras(696, 7)
 POINT_M = np.array([-0.23, 1.12, -0.37])
 NOTHING = np.empty((0, 2))
+UNKNOWN = np.array(disc.UNKNOWN)
 
 
 def seen_discs(views, larger):
@@ -46,7 +47,7 @@ def test_where_three_views_agree_no_size_is_asked():
 def test_a_disc_of_another_marker_is_not_free(owned, free):
     planes = tuple(draw((100, 60), [(20, 30, 6, "red"), (60, 30, 6, "red")]))
     mixer = colour.mixers(colour.chroma(colour.SKIN))["red"]
-    found = recovery.discs(*planes, 100, *mixer, np.array([35.0, 30.0]), 60.0, 6.0, owned)
+    found = recovery.discs(*planes, 100, *mixer, np.array([35.0, 30.0]), 60.0, 6.0, UNKNOWN, owned)
     assert sorted(np.round(found[:, 0])) == free
 
 
@@ -72,7 +73,7 @@ def test_two_lost_hands_are_told_apart_by_their_forearms():
     expected = now[::-1]
     lost = recovery.Lost(
         hands, expected, np.array([[project(c, p) for c in CAMERAS] for p in expected]), radius,
-        np.full(2, 0.3), np.full(2, 0.02),
+        np.full(2, 0.3), np.full(2, 0.02), np.tile(UNKNOWN, (5, 1)),
     )  # fmt: skip
     known = body.copy()
     known[hands] = np.nan
@@ -106,7 +107,7 @@ def test_two_views_that_nobody_contradicts_must_meet_closely():
 def test_a_round_blob_of_nearly_the_size_is_a_whole_disc_at_another_depth(size, whole):
     planes = tuple(draw((60, 60), [(30.3, 29.6, size * 9, "red")]))
     mixer = colour.mixers(colour.chroma(colour.SKIN))["red"]
-    found = recovery.discs(*planes, 60, *mixer, np.array([32.0, 30.0]), 20.0, 9.0, NOTHING)
+    found = recovery.discs(*planes, 60, *mixer, np.array([32.0, 30.0]), 20.0, 9.0, UNKNOWN, NOTHING)
     assert (len(found) == 1 and found[0, 3] == 1.0) == whole
     if whole:
         np.testing.assert_allclose(found[0, :2], [30.3, 29.6], atol=0.1)

@@ -4,6 +4,10 @@ A disc that is wholly seen is centred by its pixels' mean, each weighted with ho
 something hides in part is fitted to its known radius: pairs of points on its outline propose centres, the centre with
 the most outline on its circle wins, and Gauss-Newton with Tukey's weights settles it. What hides a disc cuts into it,
 so no outline lies outside the circle.
+
+The outline is where the colour falls to half of what whole discs show, and so far from the centre as theirs. Half of
+what is left of a disc would not do: its middle, which is brightest, may be hidden, and the outline would move outwards
+by a third of a pixel and more.
 """
 
 from __future__ import annotations
@@ -19,16 +23,22 @@ Floats = npt.NDArray[np.float64]
 FAINTEST = 0.15
 """Least share of a marker's colour, in full light, that is no noise."""
 
-ON_CIRCLE_PX = 0.7
+ON_CIRCLE_PX = 0.5
 """An outline point this near to the circle lies on it."""
 
-WHOLE = (0.94, 1.08)
-"""Area of a whole disc, in areas of its circle: blur draws the edge of a small disc inwards a little."""
+UNKNOWN = (0.0, 0.12)
+"""What is usual of whole discs before any was seen: no light is known, and blur draws the outline inwards a little."""
+
+DIMMEST = 1.5
+"""Most that whole discs are taken to be brighter than this one; where they are, it lies in the shade."""
+
+WHOLE = (0.97, 1.14)
+"""Area of a whole disc, in areas of its outline."""
 
 ROUND = 1.15
 """Most ratio of the two second moments of a whole disc."""
 
-LEAST_ARC = 0.35
+LEAST_ARC = 0.27
 """Least share of a circle's outline that fixes its centre."""
 
 WELL_SEEN = 0.6
@@ -130,8 +140,13 @@ def _support(points: Floats, x: float, y: float, radius: float, least: float) ->
 
 
 @numba.njit(cache=True)
-def _propose(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float]:
-    """Return the best centre within ``reach`` of (x, y) that two outline points propose, the nearer of equal ones."""
+def _propose(
+    points: Floats, radius: float, x: float, y: float, reach: float, rival: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the best centre within ``reach`` of (x, y) that two outline points propose, the nearer of equal ones.
+
+    None counts that is the centre ``rival``, which may be NaN.
+    """
     best, best_x, best_y = -np.inf, np.nan, np.nan
     step = max(1, len(points) // PROPOSERS)
     for a in range(0, len(points), step):
@@ -145,7 +160,7 @@ def _propose(points: Floats, radius: float, x: float, y: float, reach: float) ->
                 u = (points[a, 0] + points[b, 0]) / 2.0 - side * height * dy
                 v = (points[a, 1] + points[b, 1]) / 2.0 + side * height * dx
                 stray = np.hypot(u - x, v - y)
-                if stray > reach:
+                if stray > reach or np.hypot(u - rival[0], v - rival[1]) < ON_CIRCLE_PX:
                     continue
                 cost = STRAY_COST * stray
                 score = _support(points, u, v, radius, best + cost) - cost
@@ -177,6 +192,27 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
         x += (c * right_x - b * right_y) / determinant
         y += (a * right_y - b * right_x) / determinant
     return x, y, min(1.0, near / (2.0 * np.pi * radius))
+
+
+@numba.njit(cache=True)
+def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float, float]:
+    """Return the centre of the circle of known radius expected at (x, y), and the share of its outline in view.
+
+    Where a disc is cut by a narrow strip, its outline nearly fits a second circle, which has lost as much on the other
+    side. The two are told apart when both are settled.
+    """
+    best, best_x, best_y, best_arc = -np.inf, np.nan, np.nan, 0.0
+    for _ in range(2):
+        u, v = _propose(points, radius, x, y, reach, (best_x, best_y))
+        if np.isnan(u):
+            break
+        u, v, arc = _settle(points, radius, u, v)
+        if np.isnan(u):
+            break
+        score = _support(points, u, v, radius, -np.inf) - STRAY_COST * np.hypot(u - x, v - y)
+        if score > best:
+            best, best_x, best_y, best_arc = score, u, v, arc
+    return best_x, best_y, best_arc
 
 
 @numba.njit(cache=True)
@@ -214,9 +250,10 @@ def _moments(
 @numba.njit(cache=True)
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
-    expected_x: float, expected_y: float, radius: float, reach: float, cut: bool, whole: tuple[float, float] = WHOLE,
-) -> tuple[float, float, int, float]:  # fmt: skip
-    """Return the pixel of a disc's centre, its pixels, and how well it is seen: 1 whole, 0 not at all.
+    expected_x: float, expected_y: float, radius: float, reach: float, least: float,
+    usual: tuple[float, float] = UNKNOWN, whole: tuple[float, float] = WHOLE,
+) -> tuple[float, float, int, float, tuple[float, float]]:  # fmt: skip
+    """Return the pixel of a disc's centre, its pixels, how well it is seen, 1 whole, 0 not at all, and its ``usual``.
 
     Parameters
     ----------
@@ -225,15 +262,17 @@ def measure(
     expected_x, expected_y : where the disc is expected.
     radius : of the disc, in pixels.
     reach : how far the centre may be from where it is expected.
-    cut : whether a disc that is not whole is fitted; else it counts as not seen.
-    whole : areas of a whole disc, in areas of its circle; wider than blur alone where its depth is not known.
+    least : area, in areas of its outline, from which on a disc that is not whole is fitted; below, it is not seen.
+    usual : of whole discs here, the share of the colour that they show, and how far within its circle their outline
+        lies, pixels.
+    whole : areas of a whole disc, in areas of its outline; wider than blur alone where its depth is not known.
 
     The pixel is NaN where too little of the disc is seen.
     """
     half_window = int(np.ceil(reach + radius + 2.0))
     left, top = max(0, int(expected_x) - half_window), max(0, int(expected_y) - half_window)
     right, bottom = min(width, int(expected_x) + half_window + 1), min(y.shape[0], int(expected_y) + half_window + 1)
-    nothing = (np.nan, np.nan, 0, 0.0)
+    nothing = (np.nan, np.nan, 0, 0.0, UNKNOWN)
     if right - left < radius or bottom - top < radius:
         return nothing
     amount = shares(y, cb, cr, (left, top, right, bottom), across, share)
@@ -248,16 +287,21 @@ def measure(
     pixels, area, mean_x, mean_y, ratio = _moments(amount, blob, number, edge, level - ground)
     if pixels < FEWEST_PIXELS:
         return nothing
-    if whole[0] < area / (np.pi * radius * radius) < whole[1] and ratio < ROUND:
+    drawn = radius - usual[1]
+    shown = area / (np.pi * drawn * drawn)
+    if whole[0] < shown < whole[1] and ratio < ROUND:
         near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
-        return (left + mean_x, top + mean_y, pixels, 1.0) if near else nothing
-    if not cut:
+        usual = level, radius - np.sqrt(area / np.pi)
+        return (left + mean_x, top + mean_y, pixels, 1.0, usual) if near else nothing
+    if shown < least:
+        return nothing
+    edge = (ground + min(max(level, usual[0]), DIMMEST * level)) / 2.0
+    blob, count = label(amount, edge)
+    number = _choose(blob, count, expected_x - left, expected_y - top, radius)
+    if number == 0:
         return nothing
     points = _outline(amount, blob, number, edge)
-    u, v = _propose(points, radius, expected_x - left, expected_y - top, reach)
-    if np.isnan(u):
-        return nothing
-    u, v, arc = _settle(points, radius, u, v)
+    u, v, arc = _fit(points, drawn, expected_x - left, expected_y - top, reach)
     if arc < LEAST_ARC or not np.hypot(left + u - expected_x, top + v - expected_y) <= reach:
         return nothing
-    return left + u, top + v, pixels, min(arc, 0.99)
+    return left + u, top + v, pixels, min(arc, 0.99), usual

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from cospeech.capture import recovery
+from cospeech.capture import disc, recovery
 from cospeech.capture.camera import Camera, project
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
@@ -127,13 +127,13 @@ def _planned_where_missing(points: Floats) -> Floats:
 def _points(pictures: Sequence[Planes], cameras: Sequence[Camera], mixer: Mixer) -> tuple[Floats, npt.NDArray]:
     """Return the points (n, 3) where discs of one colour meet, most views first, and their numbers of views (n,)."""
     discs, radii = np.full((len(cameras), recovery.MOST_BLOBS, 4), np.nan), []
-    none = np.empty((0, 2))
+    unknown, none = np.array(disc.UNKNOWN), np.empty((0, 2))
     for number, (planes, camera) in enumerate(zip(pictures, cameras, strict=True)):
         depth = np.linalg.norm(camera.place_m - MIDDLE_M)
         radius = float(np.sqrt(np.prod(camera.focal_px)) * RADIUS_M / depth)
         radii.append(radius)
         middle, reach = project(camera, MIDDLE_M), STAGE_M * radius / RADIUS_M
-        found = recovery.discs(*planes, camera.size_px[0], *mixer, middle, reach, radius, none)
+        found = recovery.discs(*planes, camera.size_px[0], *mixer, middle, reach, radius, unknown, none)
         discs[number, : len(found)] = found
     rig, limit_px, chosen = packed(cameras), FOUND_RADII * float(np.mean(radii)), []
     # A disc that a better point took is gone for the rest, which may then meet without it.

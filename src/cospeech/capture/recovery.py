@@ -56,7 +56,7 @@ LIKE_SIZE = (0.64, 1.56)
 NO_COST = 1e3
 """More than any cost of a point that may be a marker's."""
 
-LARGEST_DISC = disc.WHOLE[1]
+LARGEST_DISC = 1.08
 """A disc with more pixels than this share of what a marker would have at a place is nearer to its camera."""
 
 
@@ -111,7 +111,8 @@ class Lost(NamedTuple):
     """Lost markers (n,) of one colour.
 
     Where they are expected (n, 3), metres, and in the views (n, C, 2); how large their discs are (n, C), pixels; how
-    far around they are sought (n,), and how far around two views suffice that see them in part (n,), metres.
+    far around they are sought (n,), and how far around two views suffice that see them in part (n,), metres; what
+    whole discs of the colour show in the views (C, 2), ``usual`` in ``disc.measure``.
     """
 
     markers: npt.NDArray[np.int64]
@@ -120,6 +121,7 @@ class Lost(NamedTuple):
     radius: Floats
     search_m: Floats
     near_m: Floats
+    usual: Floats
 
 
 def search_radius_m(hidden_frames: npt.NDArray[np.int64], unsure_m: Floats) -> Floats:
@@ -174,7 +176,9 @@ def _free(
             radius = lost.radius[index, view]
             reach = lost.search_m[index] * radius / RADIUS_M + radius
             taken = np.concatenate([owned[:, view], known[:, :2]])
-            found = discs(*planes, widths[view], *mixer, lost.expected[index, view], reach, radius, taken)
+            found = discs(
+                *planes, widths[view], *mixer, lost.expected[index, view], reach, radius, lost.usual[view], taken
+            )
             known = np.concatenate([known, found])
         views.append(known)
     free = np.full((len(views), max(len(known) for known in views), 4), np.nan)
@@ -186,7 +190,7 @@ def _free(
 @numba.njit(cache=True)
 def discs(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
-    middle: Floats, reach: float, radius: float, owned: Floats,
+    middle: Floats, reach: float, radius: float, usual: Floats, owned: Floats,
 ) -> Floats:  # fmt: skip
     """Return the free discs (n, 4) of one colour around a pixel: x, y, pixels, share seen; the largest first.
 
@@ -205,8 +209,8 @@ def discs(
     found = found[np.argsort(-found[:, 2], kind="mergesort")][:MOST_BLOBS]
     free, count = np.empty((len(found), 4)), 0
     for x_found, y_found, _ in found:
-        u, v, pixels, seen = disc.measure(
-            y, cb, cr, width, across, share, x_found, y_found, radius, radius, True, LIKE_SIZE
+        u, v, pixels, seen, _ = disc.measure(
+            y, cb, cr, width, across, share, x_found, y_found, radius, radius, 0.0, (usual[0], usual[1]), LIKE_SIZE
         )
         mine = np.isfinite(u)
         for other in range(len(owned)):

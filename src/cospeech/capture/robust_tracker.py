@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cospeech.capture import kalman, recovery, rigid
 from cospeech.capture.camera import Camera
 from cospeech.capture.colour import Mixer
-from cospeech.capture.disc import WELL_SEEN, measure
+from cospeech.capture.disc import UNKNOWN, WELL_SEEN, measure
 from cospeech.capture.footage import Planes
 from cospeech.capture.sights import JERK, SIGHT_SD_M, Sights
 from cospeech.capture.triangulate import consistent, packed, project_point, triangulate_packed
@@ -24,16 +24,22 @@ from cospeech.markers import MARKERS, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
 
+LEARNT = 0.02
+"""What a whole disc changes of the light and the outline that are expected of the next, in parts of its own."""
+
 REACH_SDS = 1.0
 """A marker is first sought this many standard deviations around its prediction, then as far as it may be,"""
 
 REACH_RADII = (0.4, 1.6)
 """but at least and at most this many of its radii."""
 
-CUT_WEIGHT = 0.25
+NEARLY_WHOLE = 0.75
+"""Area, in areas of its outline, from which on a cut disc is measured of every marker."""
+
+CUT_WEIGHT = 0.6
 """Weight of a view that sees a disc well, but not whole."""
 
-PART_WEIGHT = 0.2
+PART_WEIGHT = 0.8
 """Weight of a view that sees less of a disc, where two do not see it well, times its share of outline squared."""
 
 AGREE_RADII = 0.22
@@ -93,11 +99,11 @@ def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> np
 @numba.njit(cache=True)
 def _measure(
     pictures: tuple[Planes, ...], widths: npt.NDArray[np.int64], across: Floats, share: Floats,
-    colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats,
+    colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats, usual: Floats,
 ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
-    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: whole discs near where expected.
-
-    Of a marker that two views do not see well and for it alone, cut discs and those farther off count too.
+    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: discs that are whole, or nearly, near where
+    expected. Of a marker that two views do not see well and for it alone, others and those farther off count too. What
+    whole discs of each colour show in each view, ``usual`` (colours, C, 2) as in ``disc.measure``, is learnt in place.
     """
     n_markers, n_views = radius.shape
     pixels, n_pixels = np.full((n_markers, n_views, 2), np.nan), np.zeros((n_markers, n_views), dtype=np.int64)
@@ -107,15 +113,20 @@ def _measure(
             y, cb, cr = pictures[view]
             for marker in range(n_markers):
                 u, v = expected[marker, view]
-                known = np.isfinite(u) and max(abs(u), abs(v)) < 1e5
-                if share_seen[marker, view] > 0.0 or (again and not cut[marker]) or not known:
+                somewhere = np.isfinite(u) and max(abs(u), abs(v)) < 1e5
+                if share_seen[marker, view] > 0.0 or (again and not cut[marker]) or not somewhere:
                     continue
                 far = REACH_RADII[1] * radius[marker, view] if again else reach[marker, view]
-                x, y_found, count, whole = measure(
-                    y, cb, cr, widths[view], across, share[marker], u, v, radius[marker, view], far, again
-                )
+                known, inward = usual[colour[marker], view]
+                x, y_found, count, whole, (light, drawn) = measure(
+                    y, cb, cr, widths[view], across, share[marker], u, v, radius[marker, view], far,
+                    0.0 if again else NEARLY_WHOLE, (known, inward),
+                )  # fmt: skip
                 pixels[marker, view] = x, y_found
                 n_pixels[marker, view], share_seen[marker, view] = count, whole
+                if whole == 1.0:
+                    usual[colour[marker], view, 0] += (LEARNT if known > 0.0 else 1.0) * (light - known)
+                    usual[colour[marker], view, 1] += LEARNT * (drawn - inward)
         well = share_seen >= WELL_SEEN
         for a, b, view in _rivals(pixels, radius, colour):
             well[a, view] = well[b, view] = False
@@ -199,6 +210,7 @@ class RobustTracker:
         self.share = np.stack([mixers[marker.colour].share for marker in MARKERS])
         names = sorted(mixers)
         self.colour = np.array([names.index(marker.colour) for marker in MARKERS])
+        self.usual = np.tile(UNKNOWN, (len(names), len(cameras), 1))
         self.move, self.noise = kalman.transition(1.0 / fps, JERK)
         self.states = np.zeros((len(MARKERS), 3, 3))
         self.states[:, 0] = first_m
@@ -217,7 +229,7 @@ class RobustTracker:
         self.started = True
         expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
         pixels, n_pixels, share_seen = _measure(
-            tuple(pictures), self.widths, self.across, self.share, self.colour, expected, radius, reach
+            tuple(pictures), self.widths, self.across, self.share, self.colour, expected, radius, reach, self.usual
         )
         corrected = np.zeros(n_pixels.shape, dtype=bool)
         for marker, view, x, y in corrections:
@@ -300,7 +312,7 @@ class RobustTracker:
                 self.packed, self.widths, pictures, Mixer(self.across, self.share[members[0]]),
                 recovery.Lost(
                     members, self.states[members, 0], expected[members], radius[members],
-                    search[members], near[members],
+                    search[members], near[members], self.usual[colour],
                 ),
                 _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
                 sights.points_m, self.lengths, float(np.median(limit[members])),
