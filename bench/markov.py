@@ -35,7 +35,7 @@ LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frame
 FLOOR = np.full(FEATURES, 1e-3)
 DENSITY_PRODUCTS = 2 * FEATURES + 14
 EM_PRODUCTS = 2 * 3 + 5 + 2 * FEATURES
-"""Multiplications a frame and state: of a density and its exponential, once in the blocks that are kept and twice before;
+"""Multiplications a frame and state: of a density and its exponential, once in kept blocks and twice before them;
 and of what remains: the forward pass, twice, the backward pass and the sums."""
 VITERBI_PRODUCTS = 2 * FEATURES
 
