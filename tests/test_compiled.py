@@ -9,8 +9,22 @@ import pytest
 
 from cospeech import compiled
 
-CALLER = "import numba\nfrom cospeech.other import {names}\n\n@numba.njit(cache=True)\ndef twice():\n    return 2 * {value}\n"
-OTHER = "import numba\nFACTOR = {number}\n\n@numba.njit(cache=True)\ndef one():\n    return {number}\n"
+CALLER = """
+import numba
+from cospeech.other import {names}
+
+@numba.njit(cache=True)
+def twice():
+    return 2 * {value}
+"""
+OTHER = """
+import numba
+FACTOR = {number}
+
+@numba.njit(cache=True)
+def one():
+    return {number}
+"""
 
 
 def write(package, number, value="one()"):

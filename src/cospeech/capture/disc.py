@@ -5,9 +5,9 @@ something hides in part is fitted to its known radius: pairs of points on its ou
 the most outline on its circle wins, and Gauss-Newton with Tukey's weights settles it. What hides a disc cuts into it,
 so no outline lies outside the circle.
 
-The outline is where the colour falls to half of what whole discs show, and so far from the centre as theirs. Half of
-what is left of a disc would not do: its middle, which is brightest, may be hidden, and the outline would move outwards
-by a third of a pixel and more.
+The outline is where the colour falls to half of what whole discs show, and as far from the centre as theirs. Half of
+what is left of a disc would not do: its middle, which is brightest, may be hidden, and the outline would move
+outwards by a third of a pixel and more.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ ON_CIRCLE_PX = 0.5
 """An outline point this near to the circle lies on it."""
 
 UNKNOWN = (0.0, 0.12)
-"""What is usual of whole discs before any was seen: no light is known, and blur draws the outline inwards a little."""
+"""What is usual of whole discs before any was seen: no light is known, and blur draws the outline inwards."""
 
 DIMMEST = 1.5
 """Most that whole discs are taken to be brighter than this one; where they are, it lies in the shade."""
 
-WHOLE = (0.97, 1.14)
+WHOLE = (0.97, 1.08)
 """Area of a whole disc, in areas of its outline."""
 
 ROUND = 1.15
@@ -198,8 +198,8 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
 def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float, float]:
     """Return the centre of the circle of known radius expected at (x, y), and the share of its outline in view.
 
-    Where a disc is cut by a narrow strip, its outline nearly fits a second circle, which has lost as much on the other
-    side. The two are told apart when both are settled.
+    Where a disc has lost a narrow strip, its outline nearly fits a second circle, which has lost as much on the
+    other side. The two are told apart when both are settled.
     """
     best, best_x, best_y, best_arc = -np.inf, np.nan, np.nan, 0.0
     for _ in range(2):

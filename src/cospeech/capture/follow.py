@@ -11,7 +11,7 @@ import pandas as pd
 from cospeech.capture import clicks, colour, first_positions, footage
 from cospeech.capture.camera import Camera
 from cospeech.capture.robust_tracker import RobustTracker
-from cospeech.capture.sights import Sights, film
+from cospeech.capture.sights import Sights, confirmed, film
 from cospeech.capture.thesis_tracker import ThesisTracker
 
 Floats = npt.NDArray[np.float64]
@@ -57,4 +57,5 @@ def follow(
                 else ThesisTracker(cameras, first, mixers)
             )
         frames.append(tracker.step(pictures, by_hand.get(frame, ())))
-    return film(frames)
+    found = film(frames)
+    return confirmed(found) if method == "robust" else found

@@ -42,10 +42,10 @@ CUT_WEIGHT = 0.6
 PART_WEIGHT = 0.8
 """Weight of a view that sees less of a disc, where two do not see it well, times its share of outline squared."""
 
-AGREE_RADII = 0.22
+AGREE_RADII = 0.1
 """Views agree where they miss the point by less than this share of the disc's radius,"""
 
-AGREE_PX = 1.2
+AGREE_PX = 0.8
 """or by less than this."""
 
 OWN_RADII = 0.6
@@ -101,9 +101,10 @@ def _measure(
     pictures: tuple[Planes, ...], widths: npt.NDArray[np.int64], across: Floats, share: Floats,
     colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats, usual: Floats,
 ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
-    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: discs that are whole, or nearly, near where
-    expected. Of a marker that two views do not see well and for it alone, others and those farther off count too. What
-    whole discs of each colour show in each view, ``usual`` (colours, C, 2) as in ``disc.measure``, is learnt in place.
+    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: (nearly) whole discs where expected.
+
+    Of a marker that two views do not see well and for it alone, others and those farther off count too. What whole
+    discs of each colour show in each view, ``usual`` (colours, C, 2) as in ``disc.measure``, is learnt in place.
     """
     n_markers, n_views = radius.shape
     pixels, n_pixels = np.full((n_markers, n_views, 2), np.nan), np.zeros((n_markers, n_views), dtype=np.int64)

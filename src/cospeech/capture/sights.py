@@ -48,6 +48,24 @@ def film(frames: Sequence[Sights]) -> Sights:
     return Sights(*(np.stack(field) for field in zip(*(vars(frame).values() for frame in frames), strict=True)))
 
 
+def confirmed(sights: Sights) -> Sights:
+    """Return a film without the points that two views alone show in one frame, hidden in the frames beside it.
+
+    Of discs that one view each sees, two rays may meet where no marker is: by chance in one frame, hardly in two.
+    """
+    seen = np.pad(np.isfinite(sights.points_m[..., 0]), ((1, 1), (0, 0)), constant_values=True)
+    alone = seen[1:-1] & ~seen[:-2] & ~seen[2:]
+    chance = alone & (sights.used.sum(axis=-1) == 2) & ~sights.corrected.any(axis=-1)
+    return Sights(
+        pixels=np.where(chance[..., None, None], np.nan, sights.pixels),
+        n_pixels=np.where(chance[..., None], 0, sights.n_pixels),
+        corrected=sights.corrected,
+        used=sights.used & ~chance[..., None],
+        points_m=np.where(chance[..., None], np.nan, sights.points_m),
+        residual_px=np.where(chance, np.nan, sights.residual_px),
+    )
+
+
 def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataFrame:
     """Return the smoothed markers in the world (schema ``markers_3d``).
 
