@@ -19,7 +19,7 @@ def names(script):
 def test_closure_follows_imports_through_modules(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from cospeech import tables\nimport numpy\n")
-    assert names(script) == {"__init__.py", "compiled.py", "tables.py", "errors.py"}
+    assert names(script) == {"__init__.py", "closure.py", "compiled.py", "tables.py", "errors.py"}
 
 
 def test_closure_sees_every_way_to_import(tmp_path):

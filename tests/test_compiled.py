@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from cospeech import compiled
+from cospeech import closure, compiled
 
 CALLER = """
 import numba
@@ -29,47 +29,46 @@ def one():
 
 def write(package, number, value="one()"):
     package.mkdir(exist_ok=True)
-    for name in ("__init__.py", "compiled.py"):
-        shutil.copy(compiled.PACKAGE / name, package / name)
+    for name in ("__init__.py", "closure.py", "compiled.py"):
+        shutil.copy(closure.PACKAGE / name, package / name)
     (package / "caller.py").write_text(CALLER.format(names=value.rstrip("()"), value=value))
     (package / "other.py").write_text(OTHER.format(number=number))
     (package / "apart.py").write_text("VALUE = 1\n")
 
 
-def call(package, **environment):
-    """What the compiled ``twice`` returns in a process of its own."""
+def told(package, program, **environment):
+    """What a program on that package prints in a process of its own."""
     known = {name: value for name, value in os.environ.items() if name != compiled.FOLDER}
-    ended = subprocess.run(
-        [sys.executable, "-c", "from cospeech import caller; print(caller.twice())"],
+    return subprocess.run(
+        [sys.executable, "-c", program],
         env=known | {"PYTHONPATH": str(package.parent)} | environment, cwd=package.parent,
         text=True, check=True, stdout=subprocess.PIPE,
-    )  # fmt: skip
-    return int(ended.stdout)
+    ).stdout.strip()  # fmt: skip
 
 
 @pytest.mark.parametrize("value", ["one()", "FACTOR"])
 def test_a_kernel_or_constant_that_changed_elsewhere_is_compiled_anew(tmp_path, value):
     package, kept = tmp_path / "cospeech", str(tmp_path / "kept")
+    twice = "from cospeech import caller; print(caller.twice())"
     write(package, 1, value)
-    assert (call(package), call(package, NUMBA_CACHE_DIR=kept)) == (2, 2)
+    assert (told(package, twice), told(package, twice, NUMBA_CACHE_DIR=kept)) == ("2", "2")
     write(package, 5, value)
-    assert call(package) == 10
-    assert call(package, NUMBA_CACHE_DIR=kept) == 2  # so numba alone would not see it
+    assert told(package, twice) == "10"
+    assert told(package, twice, NUMBA_CACHE_DIR=kept) == "2"  # so numba alone would not see it
 
 
-def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path, monkeypatch):
+def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path):
     package = tmp_path / "cospeech"
+    folder = "import os, cospeech; print(os.environ['NUMBA_CACHE_DIR'])"
     write(package, 1)
-    before = compiled.state(package)
-    (package / "apart.py").write_text("VALUE = 2\n")
-    assert compiled.state(package) == before
     old = package / "__pycache__" / "compiled-0"
     old.mkdir(parents=True)
-    monkeypatch.setenv(compiled.FOLDER, "mine")
-    compiled.keep_apart(package)
-    assert os.environ[compiled.FOLDER] == "mine"
+    assert told(package, folder, NUMBA_CACHE_DIR="mine") == "mine"
     assert old.is_dir()
-    monkeypatch.delenv(compiled.FOLDER)
-    compiled.keep_apart(package)
-    assert os.environ[compiled.FOLDER] == str(package / "__pycache__" / f"compiled-{before}")
+    before = told(package, folder)
+    assert before.startswith(str(package / "__pycache__" / "compiled-"))
     assert not old.exists()
+    (package / "apart.py").write_text("VALUE = 2\n")
+    assert told(package, folder) == before
+    write(package, 2)
+    assert told(package, folder) != before

@@ -8,42 +8,30 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import shutil
-from pathlib import Path
 
-PACKAGE = Path(__file__).parent
+from cospeech.closure import PACKAGE, closure
+
 FOLDER = "NUMBA_CACHE_DIR"
-IMPORT = re.compile(rb"^from cospeech([\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
 
 
-def keep_apart(package: Path = PACKAGE) -> None:
+def keep_apart() -> None:
     """Let numba use the folder of the code as it is, unless the environment names one; drop those of other states.
 
     Processes that are started from here inherit it.
     """
     if FOLDER not in os.environ:
-        kept = package / "__pycache__" / f"compiled-{state(package)}"
+        kept = PACKAGE / "__pycache__" / f"compiled-{state()}"
         if not kept.is_dir():
             for old in kept.parent.glob("compiled-*"):
                 shutil.rmtree(old, ignore_errors=True)
         os.environ[FOLDER] = str(kept)
 
 
-def state(package: Path = PACKAGE) -> str:
+def state() -> str:
     """Return the hash of the text of every module that compiles something, and of what these import."""
-    texts = {path: path.read_bytes() for path in package.rglob("*.py")}
-    wanted, found = [path for path, text in texts.items() if b"import numba" in text], set[Path]()
-    while wanted:
-        path = wanted.pop()
-        if path not in found:
-            found.add(path)
-            for module, listed, named in IMPORT.findall(texts[path]):
-                folder = package.joinpath(*module.decode().split("."))
-                names = [name.split()[0].decode() for name in (listed or named).split(b",") if name.strip()]
-                candidates = [folder.with_suffix(".py"), *(folder / f"{name}.py" for name in names)]
-                wanted += [candidate for candidate in candidates if candidate in texts]
+    kernels = [path for path in PACKAGE.rglob("*.py") if b"import numba" in path.read_bytes()]
     digest = hashlib.sha256()
-    for path in sorted(found):
-        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + texts[path] + b"\0")
+    for path in sorted({path for kernel in kernels for path in closure(kernel)}):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
