@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
-from cospeech import skeleton, tables
+from cospeech import rotation, skeleton, tables
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
@@ -241,5 +240,5 @@ def _clip(tree: _Tree, values: Floats, fps: float) -> Clip:
             place[:, "xyz".index(channel[0])] = values[:, column]
     for joint, columns in turns.items():
         order = "".join(tree.channels[column][1][0].upper() for column in columns)
-        rotations[:, joint] = Rotation.from_euler(order, values[:, columns], degrees=True).as_matrix()
+        rotations[:, joint] = rotation.from_euler(order, values[:, columns])
     return Clip(tuple(tree.names), tuple(tree.parents), rotations, places, fps, offsets, tree.tips)

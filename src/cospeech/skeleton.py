@@ -14,6 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech import rotation
+
 Floats = npt.NDArray[np.float64]
 
 EULER_ORDER = "XZY"
@@ -81,18 +83,12 @@ def angles(motion: pd.DataFrame, joints: tuple[str, ...] = JOINTS) -> Floats:
 
 def rotations(angles_deg: Floats) -> Floats:
     """Return the rotation matrices (..., 3, 3) of Euler angles (..., 3) given as x, y, z in degrees."""
-    from scipy.spatial.transform import Rotation  # not above: most jobs turn nothing, and it takes long to load
-
-    in_order = angles_deg[..., [0, 2, 1]].reshape(-1, 3)
-    return Rotation.from_euler(EULER_ORDER, in_order, degrees=True).as_matrix().reshape(*angles_deg.shape, 3)
+    return rotation.from_euler(EULER_ORDER, angles_deg[..., [0, 2, 1]])
 
 
 def euler(matrices: Floats) -> Floats:
     """Return the Euler angles (..., 3) as x, y, z in degrees of rotation matrices (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation  # not above: see ``rotations``
-
-    in_order = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_euler(EULER_ORDER, degrees=True)
-    return in_order[:, [0, 2, 1]].reshape(matrices.shape[:-1])
+    return rotation.to_euler(EULER_ORDER, matrices)[..., [0, 2, 1]]
 
 
 def unwrap(angles_deg: Floats) -> Floats:

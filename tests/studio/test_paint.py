@@ -38,7 +38,7 @@ def scene():
     return stage.limbs(motion)[0], dress.wear(motion, dress.places("ada", 1))[0]
 
 
-def drawn(camera, limbs, markers):
+def drawn(camera, limbs, markers, widened=1.0):
     ends = np.concatenate([limbs, np.repeat(markers[:, None], 2, axis=1)])
     radii = np.concatenate([stage.RADII_M, np.full(len(markers), RADIUS_M)])
     seen_from = ends @ camera.rotation.T + np.array(camera.shift_m)
@@ -48,7 +48,7 @@ def drawn(camera, limbs, markers):
     whole = np.array([0, 0, *camera.size_px])
     pixels, reach = film.outlines(camera, ends, radii)
     solids = paint.solids(seen_from, radii)
-    shown = paint.draw(picture, depth, room, sight, solids, pixels, reach, stage.PAINT, len(limbs), whole)
+    shown = paint.draw(picture, depth, room, sight, solids, pixels, widened * reach, stage.PAINT, len(limbs), whole)
     rays = np.stack([*sight, np.ones_like(room[0])], axis=-1).reshape(-1, 3).astype(float)
     return shown, depth, rays, seen_from, radii
 
@@ -68,6 +68,16 @@ def test_limbs_are_as_deep_as_marching_along_the_rays_finds_them(view, scene):
     assert np.median(error) < 1e-6
 
 
+@pytest.mark.parametrize("view", range(5))
+def test_nothing_of_a_limb_or_marker_lies_outside_what_is_searched_for_it(view, scene):
+    camera = rig.cameras(696, 3)[view]
+    shown, depth, *_ = drawn(camera, *scene)
+    with_room, deep, *_ = drawn(camera, *scene, widened=2.0)
+    assert np.isfinite(depth).sum() > 15_000
+    assert np.array_equal(depth, deep)
+    assert np.array_equal(shown, with_room)
+
+
 @numba.njit
 def nearest(rays, solid):
     """The solid that each of ``rays`` (n, 2) enters first, -1 for none: every ray against every solid."""
@@ -75,7 +85,7 @@ def nearest(rays, solid):
     for i in range(len(rays)):
         depth = np.inf
         for k in range(len(solid)):
-            z, _ = paint.strike(rays[i, 0], rays[i, 1], paint.numbers(solid[k]))
+            z, _ = paint.strike(rays[i, 0], rays[i, 1], paint.numbers(solid, k))
             if z < depth:
                 depth, owner[i] = z, k
     return owner

@@ -12,9 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
-from cospeech import skeleton
+from cospeech import rotation, skeleton
 from cospeech.animation import smoothing
 from cospeech.animation.units import Templates
 
@@ -32,9 +31,9 @@ def interpolate(rotations: Floats, positions: Floats) -> Floats:
     before = np.clip(np.floor(positions).astype(int), 0, len(rotations) - 1)
     after = np.minimum(before + 1, len(rotations) - 1)
     start = rotations[before].reshape(-1, 3, 3)
-    turn = Rotation.from_matrix(np.swapaxes(start, -1, -2) @ rotations[after].reshape(-1, 3, 3)).as_rotvec()
+    turn = rotation.to_vectors(np.swapaxes(start, -1, -2) @ rotations[after].reshape(-1, 3, 3))
     share = np.repeat(positions - before, rotations.shape[1])
-    part = Rotation.from_rotvec(share[:, None] * turn).as_matrix()
+    part = rotation.from_vectors(share[:, None] * turn)
     return (start @ part).reshape(len(positions), *rotations.shape[1:])
 
 

@@ -12,14 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from cospeech import markers, skeleton, trajectories
 from cospeech.capture import laser
 from cospeech.capture.body_model import BodyModel
 from cospeech.capture.camera import Camera
 from cospeech.capture.observability import BENT_DEG
+from cospeech.capture.rigid import fitted
 from cospeech.capture.triangulate import triangulate
+from cospeech.rotation import angles_deg
 
 Floats = npt.NDArray[np.float64]
 Rows = list[dict[str, Any]]
@@ -64,7 +65,7 @@ def between_deg(a: Floats, b: Floats) -> Floats:
 
 def apart_deg(a: Floats, b: Floats) -> Floats:
     """Return the angles (T,) of the rotations that lead from orientations (T, 3, 3) to others, degrees."""
-    return np.asarray(np.degrees(Rotation.from_matrix(np.swapaxes(a, 1, 2) @ b).magnitude()))
+    return angles_deg(np.swapaxes(a, 1, 2) @ b)
 
 
 def about_bone_deg(a: Floats, b: Floats) -> Floats:
@@ -87,8 +88,7 @@ def calibration(
     pixels = pixels[(~np.isnan(pixels[..., 0])).sum(axis=1) >= 2]
     there, here = (triangulate(cameras, pixels, np.inf)[0] for cameras in (true, rig))
     middle, middle_true = here.mean(axis=0), there.mean(axis=0)
-    rotation, _ = Rotation.align_vectors(there - middle_true, here - middle)
-    turn = rotation.as_matrix()
+    turn = fitted(here - middle, there - middle_true)
     movement = Movement(turn, middle_true - turn @ middle)
     focal = np.array([camera.focal_px for camera in rig]) / np.array([camera.focal_px for camera in true])
     weights = found["n_points"].to_numpy(dtype=float)
@@ -100,7 +100,7 @@ def calibration(
         ),
         "spots_mm": (1000.0 * rms(np.linalg.norm(movement.points(here) - there, axis=1)), len(here)),
         "world_shift_mm": (1000.0 * np.linalg.norm(middle_true - middle), len(here)),
-        "world_turn_deg": (np.degrees(rotation.magnitude()), len(here)),
+        "world_turn_deg": (angles_deg(turn), len(here)),
     }
     return movement, _rows(values)
 

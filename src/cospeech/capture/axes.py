@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
+from cospeech.rotation import to_vectors
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -51,7 +51,7 @@ class Similarity:
         moved = []
         for camera in cameras:
             rotation = camera.rotation @ self.rotation.T
-            turn, shift = Rotation.from_matrix(rotation).as_rotvec(), -rotation @ self.points(camera.place_m)
+            turn, shift = to_vectors(rotation), -rotation @ self.points(camera.place_m)
             moved.append(replace(camera, turn=tuple(turn.tolist()), shift_m=tuple(shift.tolist())))
         return moved
 

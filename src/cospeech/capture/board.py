@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from cospeech.capture import axes, bundle, rounds
 from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
+from cospeech.rotation import angles_deg, from_vectors, to_vectors
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -214,7 +214,7 @@ def _poses(board: Board, camera: Camera, corners: Floats) -> Floats:
         )
         if solved:
             poses[b] = np.eye(4)
-            poses[b, :3, :3], poses[b, :3, 3] = Rotation.from_rotvec(turn.ravel()).as_matrix(), shift.ravel()
+            poses[b, :3, :3], poses[b, :3, 3] = from_vectors(turn.ravel().astype(float)), shift.ravel()
     return poses
 
 
@@ -236,15 +236,15 @@ def _join(cameras: Sequence[Camera], poses: Floats) -> list[Camera]:
         placed[j] = _middle(steps) @ placed[i]
     joined = []
     for number, camera in enumerate(cameras):
-        turn, shift = Rotation.from_matrix(placed[number][:3, :3]).as_rotvec(), placed[number][:3, 3]
+        turn, shift = to_vectors(placed[number][:3, :3]), placed[number][:3, 3]
         joined.append(replace(camera, turn=tuple(turn.tolist()), shift_m=tuple(shift.tolist())))
     return joined
 
 
 def _middle(steps: Floats) -> Floats:
     """Return that one of the poses (n, 4, 4) which is least far from all others, by rotation and by place."""
-    turns = Rotation.from_matrix(steps[:, :3, :3])
-    turned = np.array([(turns * turn.inv()).magnitude().sum() for turn in turns])
+    turns = steps[:, :3, :3]
+    turned = np.radians(angles_deg(turns[:, None] @ np.swapaxes(turns, 1, 2))).sum(axis=0)
     places = steps[:, :3, 3]
     moved = np.linalg.norm(places[:, None] - places, axis=2).sum(axis=1) / np.linalg.norm(places, axis=1).mean()
     return steps[int(np.argmin(turned + moved))]

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 from numba import njit
-from scipy.spatial.transform import Rotation
 
 from cospeech.capture.camera import Camera
+from cospeech.rotation import from_vectors, to_vectors
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -57,7 +57,7 @@ def to_cameras(rig: Rig, like: Sequence[Camera]) -> list[Camera]:
     cameras = []
     for camera, inner, rotation, shift in zip(like, rig.inner, rig.rotations, rig.shifts, strict=True):
         focal, aspect, cx, cy, k1, k2, p1, p2, k3 = inner.tolist()
-        turn = Rotation.from_matrix(rotation).as_rotvec().tolist()
+        turn = to_vectors(rotation).tolist()
         cameras.append(
             replace(
                 camera, focal_px=(focal, focal * aspect), centre_px=(cx, cy), lens=(k1, k2, p1, p2, k3),
@@ -286,7 +286,7 @@ def adjust_bodies(
         return residuals, by_camera, np.concatenate([by_turn, by_point], axis=2)
 
     def moved(poses: Floats, steps: Floats) -> Floats:
-        turns = Rotation.from_rotvec(steps[:, :3]).as_matrix()
+        turns = from_vectors(steps[:, :3])
         return np.concatenate([turns @ poses[:, :, :3], poses[:, :, 3:] + steps[:, 3:, None]], axis=2)
 
     rig, fitted = _minimise(rig, poses[kept], linearise, moved, views, starts, free, prior, iterations)
@@ -352,7 +352,7 @@ def _minimise(
 def _moved(rig: Rig, steps: Floats, inside: Integers) -> Rig:
     inner = rig.inner.copy()
     inner[:, inside] += steps[:, : len(inside)]
-    turns = Rotation.from_rotvec(steps[:, len(inside) : len(inside) + 3]).as_matrix()
+    turns = from_vectors(steps[:, len(inside) : len(inside) + 3])
     return Rig(inner, turns @ rig.rotations, rig.shifts + steps[:, len(inside) + 3 :])
 
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.spatial.transform import Rotation
+
+from cospeech.rotation import from_vectors, to_vectors
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class Camera:
     @property
     def rotation(self) -> Floats:
         """R (3, 3), world to camera."""
-        return Rotation.from_rotvec(self.turn).as_matrix()
+        return from_vectors(np.array(self.turn))
 
     @property
     def place_m(self) -> Floats:
@@ -80,7 +81,7 @@ def look(name: str, place_m: npt.ArrayLike, target_m: npt.ArrayLike) -> tuple[tu
         raise ValueError(f"camera {name} looks straight up or down, so that no side of its picture is up")
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
-    return tuple(Rotation.from_matrix(rotation).as_rotvec()), tuple(-rotation @ place)
+    return tuple(to_vectors(rotation)), tuple(-rotation @ place)
 
 
 def distort(camera: Camera, flat: Floats) -> Floats:

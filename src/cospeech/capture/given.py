@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from cospeech.capture.camera import Camera
 from cospeech.errors import UserError
+from cospeech.rotation import from_vectors, to_vectors
 
 NEEDED = ("size", "matrix", "distortions", "rotation", "translation")
 
@@ -74,10 +74,10 @@ def _camera(where: str, name: str, raw: dict[str, Any], up: str) -> Camera:
         raise UserError(f"{where}: picture size and focal lengths must be above 0; export the calibration again")
     if turn.shape == (3, 3) and not np.allclose(turn @ turn.T, np.eye(3), atol=1e-4):
         raise UserError(f"{where}: 'rotation' is no rotation; export the calibration again")
-    rotation = turn if turn.shape == (3, 3) else Rotation.from_rotvec(turn).as_matrix()
+    rotation = turn if turn.shape == (3, 3) else from_vectors(turn)
     if up == "z":
         rotation = rotation @ FROM_Z_UP.T
-    vector = Rotation.from_matrix(rotation).as_rotvec()
+    vector = to_vectors(rotation)
     k1, k2, p1, p2, k3 = [*lens.tolist(), 0.0][:5]
     return Camera(
         name,
@@ -104,7 +104,7 @@ def toml(cameras: Sequence[Camera], up: Literal["y", "z"] = "y") -> str:
             "size": list(camera.size_px),
             "matrix": camera.intrinsic.tolist(),
             "distortions": list(camera.lens if k3 else camera.lens[:4]),
-            "rotation": Rotation.from_matrix(rotation).as_rotvec().tolist(),
+            "rotation": to_vectors(rotation).tolist(),
             "translation": list(camera.shift_m),
             "fisheye": False,
         }

@@ -37,7 +37,12 @@ def carried(reference_m: Floats, points_m: Floats) -> Floats:
         if held.sum() < FEWEST or not hidden.any():
             continue
         middle, now = reference_m[held].mean(axis=0), points_m[held].mean(axis=0)
-        u, _, vt = np.linalg.svd((reference_m[held] - middle).T @ (points_m[held] - now))
-        turn = (u * [1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-        found[hidden] = (reference_m[hidden] - middle) @ turn + now
+        turn = fitted(reference_m[held] - middle, points_m[held] - now)
+        found[hidden] = (reference_m[hidden] - middle) @ turn.T + now
     return found
+
+
+def fitted(before: Floats, after: Floats) -> Floats:
+    """Return the rotation (3, 3) that turns ``before`` (n, 3) nearest to ``after`` (n, 3), about their middles."""
+    u, _, vt = np.linalg.svd(after.T @ before)
+    return np.asarray((u * [1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
-from cospeech import skeleton
+from cospeech import rotation, skeleton
 from cospeech.bvh import Clip
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]
 
-T_POSE = {"left": Rotation.from_euler("z", 90, degrees=True), "right": Rotation.from_euler("z", -90, degrees=True)}
+T_POSE = {side: rotation.from_euler("Z", np.array([turn])) for side, turn in (("left", 90.0), ("right", -90.0))}
 """From hanging arms to arms straight out to the sides, palms down."""
 
 HANGING = np.array([0.0, -1.0, 0.0])
@@ -42,7 +41,7 @@ def pose(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: 
         for name in source:
             side, _, part = name.partition("_")
             if part in ("arm", "forearm", "hand"):
-                rest[name] = upright @ T_POSE[side].as_matrix()
+                rest[name] = upright @ T_POSE[side]
     if clip.offsets is not None:
         _check_arms(clip, source, rest, zero, where)
     return rest
@@ -80,7 +79,7 @@ def _from_offsets(clip: Clip, source: dict[str, int], upright: Floats, where: st
         raise UserError(f"{where}: has no bone offsets to read a pose from; set corpus.motion.zero to t_pose")
     place = places_at_rest(clip)
     trunk = trunk_axes(place, source, where)
-    if np.degrees(Rotation.from_matrix(upright.T @ trunk).magnitude()) < STANDS:
+    if rotation.angles_deg(upright.T @ trunk) < STANDS:
         trunk = upright
     rest = dict.fromkeys(source, trunk)
     for name in skeleton.JOINTS:  # parents first, so that a hand without a tip follows its forearm

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from cospeech.bvh import Clip
 from cospeech.errors import UserError
+from cospeech.rotation import from_vectors
 
 NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle",
@@ -54,7 +54,7 @@ def read(path: str | Path) -> Clip:
     if not np.isfinite(trans).all():
         frame = int(np.flatnonzero(~np.isfinite(trans).all(axis=1))[0])
         raise UserError(f"{path}: trans is missing (NaN) in frame {frame}; fill or cut the gap")
-    rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
+    rotations = from_vectors(turns)
     return Clip(NAMES, PARENTS, rotations, {0: trans}, float(fps.reshape(-1)[0]))
 
 

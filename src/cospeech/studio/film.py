@@ -33,8 +33,8 @@ BATCH = 64
 def outlines(camera: Camera, ends_m: Floats, radii_m: Floats) -> tuple[Floats, Floats]:
     """Return where capsules are seen, as in ``paint.draw``: pixels of their ends (..., n, 2, 2), a reach (..., n)."""
     depth = ends_m @ camera.rotation[2] + camera.shift_m[2]
-    # A third more than the radius, and three pixels, leave room for the bend of the lens.
-    reach = 1.3 * max(camera.focal_px) * radii_m / (depth.min(axis=-1) - radii_m) + 3.0
+    # A twentieth and two pixels leave room for the bend of the lens, and for what is half in a pixel.
+    reach = 1.05 * max(camera.focal_px) * radii_m / (depth.min(axis=-1) - radii_m) + 2.0
     return project(camera, ends_m), reach
 
 

@@ -75,11 +75,11 @@ def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
 
 
 @compiled
-def numbers(row: Singles) -> Solid:
-    """Return a row of ``solids`` as ``strike`` takes it: numbers stay in registers."""
+def numbers(solid: Singles, k: int) -> Solid:
+    """Return row ``k`` of ``solids`` as ``strike`` takes it: numbers stay in registers."""
     return (
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
-        row[8], row[9], row[10], row[11], row[12], row[13], row[14],
+        solid[k, 0], solid[k, 1], solid[k, 2], solid[k, 3], solid[k, 4], solid[k, 5], solid[k, 6], solid[k, 7],
+        solid[k, 8], solid[k, 9], solid[k, 10], solid[k, 11], solid[k, 12], solid[k, 13], solid[k, 14],
     )  # fmt: skip
 
 
@@ -123,9 +123,9 @@ def draw(
         for c in range(3):
             _copy(room[c, row, box[0] : box[2]], picture[c, row, box[0] : box[2]])
     near, light = np.empty(width, dtype=np.float32), np.empty(width, dtype=np.float32)
-    rays = np.empty((6, SAMPLES * SAMPLES), dtype=np.float32)
+    rays = np.empty((4, SAMPLES * SAMPLES), dtype=np.float32)
     for k in range(n_limbs):
-        limb = numbers(solid[k])
+        limb = numbers(solid, k)
         top, bottom = _rows(pixels[k], reach[k], height)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
@@ -139,7 +139,7 @@ def draw(
     for k in range(n_limbs, len(solid)):
         top, bottom = _rows(pixels[k], reach[k], height)
         count = _neighbours(pixels, reach, k, others)
-        ball = numbers(solid[k])
+        ball = numbers(solid, k)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
             if right - left < 2:
@@ -222,10 +222,10 @@ def _fine(
 ) -> float:  # fmt: skip
     """Lay one marker over one pixel by sixteen rays; return the share of them that meet it first.
 
-    ``rays`` (6, 16) is working space: slopes x and y, then depth and light of the marker and of another solid.
+    ``rays`` (4, 16) is working space: slopes x and y, depth and light of the marker.
     """
     height, width = depth.shape
-    ball = numbers(solid[marker])
+    ball = numbers(solid, marker)
     before, after = max(column - 1, 0), min(column + 1, width - 1)
     above, below = max(row - 1, 0), min(row + 1, height - 1)
     # Limbs within a pixel: behind them nothing is seen, and where none is as near, only other markers can hide this.
@@ -235,31 +235,39 @@ def _fine(
             nearest, farthest = min(nearest, depth[i, j]), max(farthest, depth[i, j])
     if farthest < ball[2] - ball[7]:
         return 0.0
-    side = 1 if inside and nearest > ball[2] else SAMPLES  # well inside, one ray tells as much as sixteen
-    n = side * side
     x, y = sight[0, row, column], sight[1, row, column]
-    across_x, down_x = sight[0, row, after] - sight[0, row, before], sight[0, below, column] - sight[0, above, column]
-    across_y, down_y = sight[1, row, after] - sight[1, row, before], sight[1, below, column] - sight[1, above, column]
-    for i in range(n):
-        u = np.float32(((i % side + 0.5) / side - 0.5) / 2.0)
-        v = np.float32(((i // side + 0.5) / side - 0.5) / 2.0)
-        rays[0, i], rays[1, i] = x + u * across_x + v * down_x, y + u * across_y + v * down_y
-    _strike_row(rays[0, :n], rays[1, :n], ball, rays[2], rays[3])
-    for j in others:
-        if j >= n_limbs or nearest < ball[2]:
-            _strike_row(rays[0, :n], rays[1, :n], numbers(solid[j]), rays[4], rays[5])
-            for i in range(n):
-                rays[2, i] = FAR if rays[4, i] <= rays[2, i] else rays[2, i]
-    hits, brightness = 0, ZERO
-    for i in range(n):
-        if rays[2, i] < FAR:
-            hits, brightness = hits + 1, brightness + rays[3, i]
-    if hits == 0:
-        return 0.0
-    share, light = np.float32(hits / n), brightness / np.float32(hits)
+    if inside and nearest > ball[2]:  # one ray tells as much as sixteen, and only another marker can hide it
+        z, light = strike(x, y, ball)
+        for j in others:
+            if j >= n_limbs and strike(x, y, numbers(solid, j))[0] <= z:
+                return 0.0
+        share, brightness = ONE, AMBIENT + (ONE - AMBIENT) * light
+    else:
+        dx, dy = sight[0, row, after] - sight[0, row, before], sight[1, row, after] - sight[1, row, before]
+        ex, ey = sight[0, below, column] - sight[0, above, column], sight[1, below, column] - sight[1, above, column]
+        for i in range(SAMPLES * SAMPLES):
+            u = np.float32(((i % SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
+            v = np.float32(((i // SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
+            rays[0, i], rays[1, i] = x + u * dx + v * ex, y + u * dy + v * ey
+            z, light = strike(rays[0, i], rays[1, i], ball)
+            rays[2, i], rays[3, i] = z, AMBIENT + (ONE - AMBIENT) * light
+        for j in others:
+            if j >= n_limbs or nearest < ball[2]:
+                other = numbers(solid, j)
+                for i in range(SAMPLES * SAMPLES):
+                    z, _ = strike(rays[0, i], rays[1, i], other)
+                    rays[2, i] = FAR if z <= rays[2, i] else rays[2, i]
+        share, brightness = ZERO, ZERO
+        for i in range(SAMPLES * SAMPLES):
+            hit = rays[2, i] < FAR
+            share += ONE if hit else ZERO
+            brightness += rays[3, i] if hit else ZERO
+        if share == ZERO:
+            return 0.0
+        share, brightness = share / np.float32(SAMPLES * SAMPLES), brightness / share
     for c in range(3):
         none = ZERO if c == 0 else NEUTRAL
-        picture[c, row, column] += share * (none + (paint[c] - none) * light - picture[c, row, column])
+        picture[c, row, column] += share * (none + (paint[c] - none) * brightness - picture[c, row, column])
     return float(share)
 
 

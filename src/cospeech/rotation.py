@@ -1,0 +1,106 @@
+"""Rotations: matrices from Euler angles and rotation vectors, and back.
+
+Own code for what scipy.spatial.transform does too, as loading that takes longer than most jobs compute; the tests
+hold one against the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+AXES = "XYZ"
+
+
+def from_euler(order: str, angles_deg: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) that turn about the moving axes of ``order``, first to last.
+
+    Parameters
+    ----------
+    order : axes such as "XZY".
+    angles_deg : (..., len(order)) degrees, in the order of ``order``.
+    """
+    turned = np.broadcast_to(np.eye(3), (*angles_deg.shape[:-1], 3, 3))
+    for place, axis in enumerate(order):
+        turned = turned @ _about(AXES.index(axis), np.radians(angles_deg[..., place]))
+    return turned
+
+
+def _about(axis: int, angle: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) that turn about one axis by angles (...) in radians."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.zeros((*angle.shape, 3, 3))
+    turn[..., axis, axis] = 1.0
+    turn[..., i, i] = turn[..., j, j] = np.cos(angle)
+    turn[..., j, i] = np.sin(angle)
+    turn[..., i, j] = -turn[..., j, i]
+    return turn
+
+
+def to_euler(order: str, matrices: Floats) -> Floats:
+    """Return the angles (..., 3) in degrees about three different moving axes, the second within 90 degrees.
+
+    Where the second turns by 90 degrees the first and the last are one and the same turn: the last is zero then.
+    """
+    i, j, k = (AXES.index(axis) for axis in order)
+    sign = 1.0 if (i + 1) % 3 == j else -1.0
+    sine = np.clip(sign * matrices[..., i, k], -1.0, 1.0)
+    # Near the lock the arc sine is blunt; the other two entries of the row tell the cosine.
+    second = np.arctan2(sine, np.hypot(matrices[..., i, i], matrices[..., i, j]))
+    locked = np.hypot(matrices[..., i, i], matrices[..., i, j]) < 1e-9
+    first = np.where(
+        locked,
+        np.arctan2(sign * matrices[..., k, j], matrices[..., j, j]),
+        np.arctan2(-sign * matrices[..., j, k], matrices[..., k, k]),
+    )
+    last = np.where(locked, 0.0, np.arctan2(-sign * matrices[..., i, j], matrices[..., i, i]))
+    return np.degrees(np.stack([first, second, last], axis=-1))
+
+
+def from_vectors(turns: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) of rotation vectors (..., 3), radians (formula of Rodrigues)."""
+    angle = np.linalg.norm(turns, axis=-1)[..., None, None]
+    x, y, z = np.moveaxis(np.asarray(turns, dtype=float), -1, 0)
+    none = np.zeros_like(x)
+    cross = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*none.shape, 3, 3)
+    # sin(a) / a and (1 - cos(a)) / a^2 as sinc, which is smooth at 0.
+    return np.eye(3) + np.sinc(angle / np.pi) * cross + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (cross @ cross)
+
+
+def to_vectors(matrices: Floats) -> Floats:
+    """Return the rotation vectors (..., 3), at most pi long, of matrices (..., 3, 3).
+
+    By way of quaternions (S. W. Shepperd, Journal of Guidance and Control 1, 1978): of the four ways to write one,
+    that which divides by the largest number.
+    """
+    matrices = np.asarray(matrices, dtype=float)
+    flat = matrices.reshape(-1, 3, 3)
+    diagonal = np.diagonal(flat, axis1=1, axis2=2)
+    trace = diagonal.sum(axis=1)
+    largest = np.column_stack([diagonal, trace]).argmax(axis=1)
+    quaternions = np.empty((len(flat), 4))
+    for i in range(3):
+        rows = np.flatnonzero(largest == i)
+        j, k, m = (i + 1) % 3, (i + 2) % 3, flat[rows]
+        quaternions[rows, i] = 1.0 - trace[rows] + 2.0 * m[:, i, i]
+        quaternions[rows, j] = m[:, j, i] + m[:, i, j]
+        quaternions[rows, k] = m[:, k, i] + m[:, i, k]
+        quaternions[rows, 3] = m[:, k, j] - m[:, j, k]
+    rows = np.flatnonzero(largest == 3)
+    m = flat[rows]
+    skew = [m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]]
+    quaternions[rows] = np.column_stack([*skew, 1.0 + trace[rows]])
+    quaternions *= np.where(quaternions[:, 3:] < 0, -1.0, 1.0)
+    sine = np.linalg.norm(quaternions[:, :3], axis=1)
+    angle = 2.0 * np.arctan2(sine, quaternions[:, 3])
+    # The vector part is the sine of half the angle long, times the length of the quaternion.
+    length = np.hypot(sine, quaternions[:, 3])
+    scale = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / length)
+    return (scale[:, None] * quaternions[:, :3]).reshape(matrices.shape[:-1])
+
+
+def angles_deg(matrices: Floats) -> Floats:
+    """Return by how much matrices (..., 3, 3) turn, degrees (...)."""
+    return np.degrees(np.linalg.norm(to_vectors(matrices), axis=-1))
