@@ -61,7 +61,7 @@ def read(path: str | Path, names: Mapping[str, str], up: str, facing: str, longe
         places[:, NAMES.index(ours)] = place @ turn.T
     sd_m = np.full(places.shape[:2], sights.SIGHT_SD_M)
     filled, status = sights.filled(places, sd_m, held.fps, longest_hidden_s)
-    return trajectories.to_table(filled, NAMES, held.fps).assign(status=status.ravel().astype(str))
+    return trajectories.to_table(filled, NAMES, held.fps).assign(status=sights.named(sights.STATUSES, status))
 
 
 def axes(up: str, facing: str) -> Floats:

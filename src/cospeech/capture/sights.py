@@ -26,6 +26,11 @@ JERK = 25.0
 """Spectral density of the change of a gesturing hand's acceleration, see ``kalman.transition``."""
 
 
+STATUSES = ("lost", "predicted", "seen", "corrected")
+"""How a row of the tables came to be."""
+LOST, PREDICTED, SEEN, CORRECTED = range(len(STATUSES))
+
+
 @dataclass(frozen=True)
 class Sights:
     """One frame, or with a leading axis T a film, of M markers in C views.
@@ -76,28 +81,33 @@ def world_table(sights: Sights, fps: float, longest_hidden_s: float) -> pd.DataF
     n_views = sights.used.sum(axis=-1)
     sd = SIGHT_SD_M * np.sqrt(2.0 / np.maximum(n_views, 1))
     points, status = filled(sights.points_m, sd, fps, longest_hidden_s)
-    status[(status == "seen") & np.any(sights.corrected & sights.used, axis=-1)] = "corrected"
+    status[(status == SEEN) & np.any(sights.corrected & sights.used, axis=-1)] = CORRECTED
     frame = np.repeat(np.arange(n_frames), n_markers)
     flat = points.reshape(-1, 3)
     return pd.DataFrame(
         {
             "frame": frame,
             "time_s": (frame + 0.5) / fps,
-            "marker": np.tile(NAMES, n_frames),
+            "marker": named(NAMES, np.tile(np.arange(n_markers), n_frames)),
             "x_m": flat[:, 0],
             "y_m": flat[:, 1],
             "z_m": flat[:, 2],
             "n_views": n_views.ravel(),
             "residual_px": sights.residual_px.ravel(),
-            "status": status.ravel().astype(str),
+            "status": named(STATUSES, status),
         }
     )
 
 
+def named(names: Sequence[str], numbers: npt.NDArray[np.integer]) -> pd.api.extensions.ExtensionArray:
+    """Return a column of names by their numbers; whole arrays of strings would be most of a long film's memory."""
+    return pd.array(names, dtype="str").take(numbers.ravel())
+
+
 def filled(
     points_m: Floats, sd_m: Floats, fps: float, longest_hidden_s: float
-) -> tuple[Floats, npt.NDArray[np.object_]]:
-    """Return the smoothed markers (T, M, 3), NaN where lost, and how each came to be (T, M): seen, predicted, lost.
+) -> tuple[Floats, npt.NDArray[np.int8]]:
+    """Return the smoothed markers (T, M, 3), NaN where lost, and the number (T, M) of how each came to be.
 
     Parameters
     ----------
@@ -105,7 +115,7 @@ def filled(
     sd_m : (T, M) standard deviation of a seen one on each axis.
     longest_hidden_s : a marker that is hidden for longer is lost, if no rigid part carries it.
     """
-    points, status = np.full(points_m.shape, np.nan), np.full(points_m.shape[:2], "lost", dtype=object)
+    points, status = np.full(points_m.shape, np.nan), np.full(points_m.shape[:2], LOST, dtype=np.int8)
     carried = _carried(points_m)
     for marker in range(points_m.shape[1]):
         seen = np.isfinite(points_m[:, marker, 0])
@@ -113,8 +123,8 @@ def filled(
         smoothed, _ = kalman.smooth(measured, np.where(seen, sd_m[:, marker], CARRIED_SD_M), fps, JERK)
         known = np.isfinite(measured[:, 0]) | _bridged(seen, round(longest_hidden_s * fps))
         points[known, marker] = smoothed[known]
-        status[known, marker] = "predicted"
-        status[seen, marker] = "seen"
+        status[known, marker] = PREDICTED
+        status[seen, marker] = SEEN
     return points, status
 
 
@@ -144,23 +154,21 @@ def view_table(sights: Sights, world: pd.DataFrame, cameras: Sequence[Camera]) -
     """Return the markers in each view (schema ``markers_2d``): seen, else predicted from ``world``, else lost."""
     n_frames, n_markers, n_views = sights.n_pixels.shape
     points = world[["x_m", "y_m", "z_m"]].to_numpy().reshape(n_frames, n_markers, 3)
-    projected = np.stack([project(camera, points) for camera in cameras], axis=2)
+    pixels = np.stack([project(camera, points) for camera in cameras], axis=2)
     seen = np.isfinite(sights.pixels[..., 0])
-    there = np.isfinite(projected[..., 0])
-    status = np.where(there, "predicted", "lost").astype(object)
-    status[seen] = "seen"
-    status[seen & sights.corrected] = "corrected"
-    pixels = np.where(seen[..., None], sights.pixels, projected).reshape(-1, 2)
-    n_pixels = pd.array(sights.n_pixels.ravel(), dtype="Int64")
-    n_pixels[(~seen | sights.corrected).ravel()] = pd.NA
+    status = np.where(np.isfinite(pixels[..., 0]), np.int8(PREDICTED), np.int8(LOST))
+    status[seen] = np.where(sights.corrected[seen], CORRECTED, SEEN)
+    pixels[seen] = sights.pixels[seen]
+    x_px, y_px = pixels.reshape(-1, 2).T
+    marker, view = (number.ravel() for number in np.indices((n_markers, n_views)))
     return pd.DataFrame(
         {
             "frame": np.repeat(np.arange(n_frames), n_markers * n_views),
-            "camera": np.tile([camera.name for camera in cameras], n_frames * n_markers),
-            "marker": np.tile(np.repeat(NAMES, n_views), n_frames),
-            "x_px": pixels[:, 0],
-            "y_px": pixels[:, 1],
-            "n_pixels": n_pixels,
-            "status": status.ravel().astype(str),
+            "camera": named([camera.name for camera in cameras], np.tile(view, n_frames)),
+            "marker": named(NAMES, np.tile(marker, n_frames)),
+            "x_px": x_px,
+            "y_px": y_px,
+            "n_pixels": pd.arrays.IntegerArray(sights.n_pixels.ravel(), (status != SEEN).ravel()),
+            "status": named(STATUSES, status),
         }
     )
