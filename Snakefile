@@ -149,8 +149,8 @@ onstart:
     except UserError as error:
         raise WorkflowError(str(error)) from None
     if not workflow.non_local_exec:
-        # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, once
-        # more for each job that has ended: in the demo a tenth of a core.
+        # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
+        # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())

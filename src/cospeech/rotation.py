@@ -46,10 +46,11 @@ def to_euler(order: str, matrices: Floats) -> Floats:
     """
     i, j, k = (AXES.index(axis) for axis in order)
     sign = 1.0 if (i + 1) % 3 == j else -1.0
-    sine = np.clip(sign * matrices[..., i, k], -1.0, 1.0)
-    # Near the lock the arc sine is blunt; the other two entries of the row tell the cosine.
-    second = np.arctan2(sine, np.hypot(matrices[..., i, i], matrices[..., i, j]))
-    locked = np.hypot(matrices[..., i, i], matrices[..., i, j]) < 1e-9
+    cosine = np.hypot(
+        matrices[..., i, i], matrices[..., i, j]
+    )  # the arc sine of the third entry is blunt near the lock
+    second = np.arctan2(sign * matrices[..., i, k], cosine)
+    locked = cosine < 1e-9
     first = np.where(
         locked,
         np.arctan2(sign * matrices[..., k, j], matrices[..., j, j]),

@@ -14,11 +14,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech import markers, skeleton, trajectories
-from cospeech.capture import laser
+from cospeech.capture import axes, laser
 from cospeech.capture.body_model import BodyModel
 from cospeech.capture.camera import Camera
 from cospeech.capture.observability import BENT_DEG
-from cospeech.capture.rigid import fitted
 from cospeech.capture.triangulate import triangulate
 from cospeech.rotation import angles_deg
 
@@ -88,7 +87,7 @@ def calibration(
     pixels = pixels[(~np.isnan(pixels[..., 0])).sum(axis=1) >= 2]
     there, here = (triangulate(cameras, pixels, np.inf)[0] for cameras in (true, rig))
     middle, middle_true = here.mean(axis=0), there.mean(axis=0)
-    turn = fitted(here - middle, there - middle_true)
+    turn = axes.fit(here, there).rotation
     movement = Movement(turn, middle_true - turn @ middle)
     focal = np.array([camera.focal_px for camera in rig]) / np.array([camera.focal_px for camera in true])
     weights = found["n_points"].to_numpy(dtype=float)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.capture.joint_centres import align
 from cospeech.markers import MARKERS
 
 Floats = npt.NDArray[np.float64]
@@ -34,15 +35,7 @@ def carried(reference_m: Floats, points_m: Floats) -> Floats:
     seen = np.isfinite(points_m[:, 0])
     for part in PARTS:
         held, hidden = part & seen, part & ~seen
-        if held.sum() < FEWEST or not hidden.any():
-            continue
-        middle, now = reference_m[held].mean(axis=0), points_m[held].mean(axis=0)
-        turn = fitted(reference_m[held] - middle, points_m[held] - now)
-        found[hidden] = (reference_m[hidden] - middle) @ turn.T + now
+        if hidden.any():
+            rotations, shifts = align(reference_m[held], points_m[None, held])
+            found[hidden] = reference_m[hidden] @ rotations[0].T + shifts[0]
     return found
-
-
-def fitted(before: Floats, after: Floats) -> Floats:
-    """Return the rotation (3, 3) that turns ``before`` (n, 3) nearest to ``after`` (n, 3), about their middles."""
-    u, _, vt = np.linalg.svd(after.T @ before)
-    return np.asarray((u * [1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
