@@ -10,18 +10,18 @@ import pytest
 from cospeech import closure, compiled
 
 CALLER = """
-import numba
+from cospeech.jit import njit
 from cospeech.other import {names}
 
-@numba.njit(cache=True)
+@njit
 def twice():
     return 2 * {value}
 """
 OTHER = """
-import numba
+from cospeech.jit import njit
 FACTOR = {number}
 
-@numba.njit(cache=True)
+@njit
 def one():
     return {number}
 """
@@ -29,7 +29,7 @@ def one():
 
 def write(package, number, value="one()"):
     package.mkdir(exist_ok=True)
-    for name in ("__init__.py", "closure.py", "compiled.py"):
+    for name in ("__init__.py", "closure.py", "compiled.py", "jit.py"):
         shutil.copy(closure.PACKAGE / name, package / name)
     (package / "caller.py").write_text(CALLER.format(names=value.rstrip("()"), value=value))
     (package / "other.py").write_text(OTHER.format(number=number))
@@ -72,3 +72,17 @@ def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path):
     assert told(package, folder) == before
     write(package, 2)
     assert told(package, folder) != before
+
+
+def test_a_kernel_does_not_load_linear_algebra_and_does_not_hide_it(tmp_path):
+    package = tmp_path / "cospeech"
+    write(package, 1)
+    loaded = "print(sorted({'scipy.linalg', 'scipy.linalg.cython_blas'} & set(sys.modules)))"
+    call = f"import sys; from cospeech import caller; caller.twice(); {loaded}"
+    assert told(package, call) == told(package, call) == "[]"
+    after = (
+        "from cospeech import caller; caller.twice(); from scipy.linalg import solve; print(solve([[2.0]], [4.0])[0])"
+    )
+    assert told(package, after) == "2.0"
+    product = "import numpy as np; print(njit(lambda a, b: a @ b, cache=False)(np.eye(2), 3.0 * np.eye(2))[1, 1])"
+    assert told(package, f"from cospeech.jit import njit; {product}") == "3.0"

@@ -10,12 +10,12 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-import numba
 import numpy as np
 import numpy.typing as npt
 import soundfile
 
 from cospeech.errors import UserError
+from cospeech.jit import njit
 
 Image = npt.NDArray[np.uint8]
 Samples = npt.NDArray[np.float32]
@@ -110,7 +110,7 @@ def _sound_frame(samples: Samples, rate: int, start: int) -> av.AudioFrame:
     return frame
 
 
-@numba.njit(cache=True)
+@njit
 def to_yuv(image: Image, light: Image, blueness: Image, redness: Image) -> None:
     """Turn a picture (H, W, 3), both even, into the planes of yuv420p: BT.709 in video range, in whole numbers.
 

@@ -6,15 +6,16 @@ what lies behind them. One thread and plain arithmetic in float32: the same pict
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from cospeech.jit import njit
 
 Image = npt.NDArray[np.uint8]
 Singles = npt.NDArray[np.float32]
 
 
-@numba.njit(cache=True)
+@njit
 def shade_floor(image: Image, box: npt.NDArray[np.int64], spots: Singles) -> None:
     """Darken soft ellipses of ``image`` (H, W, 3) inside ``box`` (left, top, right, bottom).
 
@@ -33,7 +34,7 @@ def shade_floor(image: Image, box: npt.NDArray[np.int64], spots: Singles) -> Non
                         image[row, column, c] = np.uint8(image[row, column, c] * keep + np.float32(0.5))
 
 
-@numba.njit(cache=True)
+@njit
 def draw_body(
     image: Image,
     box: npt.NDArray[np.int64],
@@ -76,7 +77,7 @@ def draw_body(
     _lay(image, y0, x0, nearness, tone, tones, lens)
 
 
-@numba.njit(cache=True)
+@njit
 def _project(
     place: Singles,
     normal: Singles,
@@ -110,7 +111,7 @@ def _project(
     return points, light
 
 
-@numba.njit(cache=True)
+@njit
 def _bend(turn: Singles, shift: Singles, vector: Singles) -> tuple[np.float32, np.float32, np.float32]:
     """Return ``turn @ vector + shift``, without an array for it."""
     x, y, z = vector[0], vector[1], vector[2]
@@ -121,7 +122,7 @@ def _bend(turn: Singles, shift: Singles, vector: Singles) -> tuple[np.float32, n
     )
 
 
-@numba.njit(cache=True)
+@njit
 def _brightness(right: np.float32, up: np.float32, toward: np.float32) -> np.float32:
     """Return the light on a surface whose normal is given in the camera's axes, in [0, 250].
 
@@ -138,7 +139,7 @@ def _brightness(right: np.float32, up: np.float32, toward: np.float32) -> np.flo
     return min(np.float32(250.0), bright)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _fill(
     points: Singles,
     light: Singles,
@@ -191,7 +192,7 @@ def _fill(
                 bright += step_bright
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: Singles) -> None:
     """Widen the rows between ``begin`` and ``end`` (x, nearness, brightness of each row) to the edge from a to b."""
     half = np.float32(0.5)
@@ -219,7 +220,7 @@ def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: 
         bright += step_bright
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _lay(
     image: Image,
     top: int,
@@ -254,7 +255,7 @@ def _lay(
                 image[row, column, k] = np.uint8(mixed + half)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _hidden(nearness: Singles, step: int) -> tuple[Singles, Singles]:
     """Return the share of the light that is kept off by what stands just in front, and the nearness it holds for.
 
@@ -287,7 +288,7 @@ def _hidden(nearness: Singles, step: int) -> tuple[Singles, Singles]:
     return hidden, front
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _between(hidden: Singles, front: Singles, y: int, x: int, near: np.float32) -> np.float32:
     """Return ``hidden`` at a pixel (its upper left sample), between those neighbouring blocks that are as near."""
     row, column = max(0, (y - 1) >> 2), max(0, (x - 1) >> 2)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 Plane = npt.NDArray[np.uint8]
 Box = tuple[int, int, int, int]
 
 
-@numba.njit(cache=True)
+@njit
 def shares(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats) -> Floats:
     """Return how much of one colour each pixel of ``box`` (left, top, right, bottom) shows; 1 is full, in full light.
 
@@ -25,14 +26,14 @@ def shares(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floa
     return amount
 
 
-@numba.njit(cache=True)
+@njit
 def _share(y: Plane, cb: Plane, cr: Plane, row: int, column: int, across: Floats, share: Floats) -> float:
     light, blue, red = float(y[row, column]), float(cb[row, column]) - 128.0, float(cr[row, column]) - 128.0
     side = 1 if across[0] * blue + across[1] * red > 0.0 else 0
     return share[side, 0] * light + share[side, 1] * blue + share[side, 2] * red
 
 
-@numba.njit(cache=True)
+@njit
 def label(amount: Floats, least: float) -> tuple[npt.NDArray[np.int32], int]:
     """Return the number of each pixel's blob, from 1, and how many there are: 4-neighbours of ``least`` or more.
 
@@ -63,7 +64,7 @@ def label(amount: Floats, least: float) -> tuple[npt.NDArray[np.int32], int]:
     return blob, count
 
 
-@numba.njit(cache=True)
+@njit
 def find(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats, least: float, step: int) -> Floats:
     """Return the blobs (n, 3) of one colour that reach into ``box``: x and y of the centroid, and the pixels.
 

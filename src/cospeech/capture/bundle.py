@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from cospeech.capture.camera import Camera
+from cospeech.jit import njit
 from cospeech.rotation import from_vectors, to_vectors
 
 Floats = npt.NDArray[np.float64]
@@ -67,7 +67,7 @@ def to_cameras(rig: Rig, like: Sequence[Camera]) -> list[Camera]:
     return cameras
 
 
-@njit(cache=True)
+@njit
 def observe(
     inner: Floats, rotation: Floats, shift: Floats, point: Floats, pixel: Floats, by_camera: Floats, by_point: Floats
 ) -> bool:
@@ -123,7 +123,7 @@ def observe(
     return True
 
 
-@njit(cache=True)
+@njit
 def _linearise(
     inner: Floats,
     rotations: Floats,
@@ -147,7 +147,7 @@ def _linearise(
     return residuals, by_camera, by_point
 
 
-@njit(cache=True)
+@njit
 def _eliminate(
     residuals: Floats,
     by_camera: Floats,
@@ -196,7 +196,7 @@ def _eliminate(
     return matrix.reshape(size, size), diagonal.reshape(size), right.reshape(size), inverses, gradients
 
 
-@njit(cache=True)
+@njit
 def _point_steps(
     steps: Floats,
     mixed_by_camera: Floats,

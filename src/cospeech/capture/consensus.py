@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from cospeech.capture import bundle
 from cospeech.capture.camera import Camera, flatten
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -22,7 +22,7 @@ STEPS = 2
 """Gauss-Newton steps of the chosen proposal."""
 
 
-@njit(cache=True)
+@njit
 def _vote(
     rig: tuple[Floats, Floats, Floats], point: Floats, pixels: Floats, limit: float, near: Mask
 ) -> tuple[float, Floats, Floats]:
@@ -44,7 +44,7 @@ def _vote(
     return cost, square, pull
 
 
-@njit(cache=True)
+@njit
 def _meet(a: Floats, b: Floats, between: Floats) -> tuple[bool, Floats]:
     """Return whether rays ``a`` and ``b`` (3,) meet, and the middle of where they are nearest, from the first."""
     aa, ab, bb = a @ a, a @ b, b @ b
@@ -56,7 +56,7 @@ def _meet(a: Floats, b: Floats, between: Floats) -> tuple[bool, Floats]:
     return True, 0.5 * (along_a * a + between + along_b * b)
 
 
-@njit(cache=True)
+@njit
 def _consensus(
     rig: tuple[Floats, Floats, Floats], flat: Floats, observations: Floats, threshold: float
 ) -> tuple[Floats, Mask]:

@@ -12,11 +12,11 @@ outwards by a third of a pixel and more.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture.blobs import Plane, label, shares
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 
@@ -57,7 +57,7 @@ STRAY_COST = 1.5
 """Outline points that a proposed centre must win for each pixel that it lies off the expected one."""
 
 
-@numba.njit(cache=True)
+@njit
 def _levels(amount: Floats, radius: float) -> tuple[float, float]:
     """Return the share of the colour beside the disc and inside it: the medians of the dark and the light pixels.
 
@@ -78,7 +78,7 @@ def _levels(amount: Floats, radius: float) -> tuple[float, float]:
     return _median(count, 0, dark), _median(count, light, BINS)
 
 
-@numba.njit(cache=True)
+@njit
 def _median(count: npt.NDArray[np.int64], first: int, end: int) -> float:
     """Return the median of what a histogram of shares holds from bin ``first`` to before ``end``."""
     half, below = np.sum(count[first:end]) / 2.0, 0.0
@@ -89,7 +89,7 @@ def _median(count: npt.NDArray[np.int64], first: int, end: int) -> float:
     return LOWEST
 
 
-@numba.njit(cache=True)
+@njit
 def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius: float) -> int:
     """Return the number of the blob that covers most of the expected disc, near pixels counting more; 0 for none."""
     score = np.zeros(count + 1)
@@ -101,7 +101,7 @@ def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius:
     return int(np.argmax(score))
 
 
-@numba.njit(cache=True)
+@njit
 def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: float) -> Floats:
     """Return the points (n, 4) where a blob's share falls through ``half``: x, y, and the direction to its inside."""
     height, width = amount.shape
@@ -123,7 +123,7 @@ def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: flo
     return points[:n]
 
 
-@numba.njit(cache=True)
+@njit
 def _support(points: Floats, x: float, y: float, radius: float, least: float) -> float:
     """Return how many outline points lie on the circle, less those outside; below ``least`` it is not counted out."""
     total, inner, outer = 0.0, max(0.0, radius - ON_CIRCLE_PX) ** 2, (radius + ON_CIRCLE_PX) ** 2
@@ -139,7 +139,7 @@ def _support(points: Floats, x: float, y: float, radius: float, least: float) ->
     return total
 
 
-@numba.njit(cache=True)
+@njit
 def _propose(
     points: Floats, radius: float, x: float, y: float, reach: float, rival: tuple[float, float]
 ) -> tuple[float, float]:
@@ -169,7 +169,7 @@ def _propose(
     return best_x, best_y
 
 
-@numba.njit(cache=True)
+@njit
 def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, float, float]:
     """Return the centre of the circle of known radius through the outline, and the share of its outline on it."""
     near = 0.0
@@ -194,7 +194,7 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
     return x, y, min(1.0, near / (2.0 * np.pi * radius))
 
 
-@numba.njit(cache=True)
+@njit
 def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float, float]:
     """Return the centre of the circle of known radius expected at (x, y), and the share of its outline in view.
 
@@ -215,7 +215,7 @@ def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tup
     return best_x, best_y, best_arc
 
 
-@numba.njit(cache=True)
+@njit
 def _moments(
     amount: Floats, blob: npt.NDArray[np.int32], number: int, edge: float, contrast: float
 ) -> tuple[int, float, float, float, float]:
@@ -247,7 +247,7 @@ def _moments(
     return pixels, area, mean_x, mean_y, (xx + yy + apart) / max(xx + yy - apart, 1e-9)
 
 
-@numba.njit(cache=True)
+@njit
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
     expected_x: float, expected_y: float, radius: float, reach: float, least: float,

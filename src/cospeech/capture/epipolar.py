@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -24,7 +25,7 @@ SURE = 0.9999
 POLISHES = 4
 
 
-@njit(cache=True)
+@njit
 def _eight_point(a: Floats, b: Floats) -> Floats:
     """Return F (3, 3) of rank 2, with b^T F a = 0, of at least eight points (n, 2) in two views."""
     n = len(a)
@@ -51,7 +52,7 @@ def _eight_point(a: Floats, b: Floats) -> Floats:
     return found / np.sqrt((found**2).sum())
 
 
-@njit(cache=True)
+@njit
 def sampson(f: Floats, a: Floats, b: Floats) -> Floats:
     """Return Sampson's squared distance (n,) of points ``a`` and ``b`` (n, 2) from the geometry ``f`` (3, 3)."""
     distances = np.empty(len(a))
@@ -67,7 +68,7 @@ def sampson(f: Floats, a: Floats, b: Floats) -> Floats:
     return distances
 
 
-@njit(cache=True)
+@njit
 def _consensus(a: Floats, b: Floats, samples: npt.NDArray[np.int64], limit: float) -> Floats:
     best, best_cost, needed = np.zeros((3, 3)), np.inf, len(samples)
     for draw in range(len(samples)):

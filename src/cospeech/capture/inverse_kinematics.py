@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from cospeech.capture import body_model
 from cospeech.capture.body_model import BALL, FREE, HINGE_X, HINGE_Z, KINDS, PARENTS, UPRIGHT, BodyModel
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -92,7 +92,7 @@ def solve(model: BodyModel, seen_m: Floats) -> Poses:
     return Poses(turns, places, misfit, steps)
 
 
-@njit(cache=True)
+@njit
 def _place(turn, slide, offsets, parents, kinds, turns, places):  # type: ignore[no-untyped-def]
     """Put every part into the world: fill ``turns`` (P, 3, 3) and ``places`` (P, 3) from the joints' own."""
     for part in range(len(parents)):
@@ -115,7 +115,7 @@ def _place(turn, slide, offsets, parents, kinds, turns, places):  # type: ignore
             places[part, i] = total + offsets[part, i] if kinds[part] == UPRIGHT else total
 
 
-@njit(cache=True)
+@njit
 def _turn_by(turn, step):  # type: ignore[no-untyped-def]
     """Replace ``turn`` (3, 3) by turn exp(step), step (3,) in radians (Rodrigues)."""
     x, y, z = step
@@ -132,7 +132,7 @@ def _turn_by(turn, step):  # type: ignore[no-untyped-def]
         turn[i, 2] = a * (x * z * v + y * s) + b * (y * z * v - x * s) + d * (c + z * z * v)
 
 
-@njit(cache=True)
+@njit
 def _step(turn, slide, step, part, axis, slides):  # type: ignore[no-untyped-def]
     """Move the joints by ``step`` (D,)."""
     rotation = np.zeros((len(turn), 3))
@@ -145,7 +145,7 @@ def _step(turn, slide, step, part, axis, slides):  # type: ignore[no-untyped-def
         _turn_by(turn[p], rotation[p])
 
 
-@njit(cache=True)
+@njit
 def _residuals(turns, places, marker_part, marker_place, weight, seen, residual):  # type: ignore[no-untyped-def]
     """Fill ``residual`` (M, 3), weighted, zero where a marker is lost; return the sum of its squares."""
     total = 0.0
@@ -163,7 +163,7 @@ def _residuals(turns, places, marker_part, marker_place, weight, seen, residual)
     return total
 
 
-@njit(cache=True)
+@njit
 def _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis, slides, moves, jacobian):  # type: ignore[no-untyped-def]
     """Fill ``jacobian`` (M, 3, D): by how much a step in each freedom moves each weighted residual."""
     jacobian[:] = 0.0
@@ -190,7 +190,7 @@ def _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis
             jacobian[m, 2, d] = w * (u * ry - v * rx)
 
 
-@njit(cache=True)
+@njit
 def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: ignore[no-untyped-def]
     """Fill ``square`` (D, D) with J^T J, its lower half, and ``gradient`` (D,) with J^T r."""
     n = len(gradient)
@@ -208,7 +208,7 @@ def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: 
                     square[d, e] += a * jacobian[m, 0, e] + b * jacobian[m, 1, e] + c * jacobian[m, 2, e]
 
 
-@njit(cache=True)
+@njit
 def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-def]
     """Fill ``solution`` (D,) of square x = right; only the lower half of the positive definite square is read."""
     n = len(right)
@@ -230,7 +230,7 @@ def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-
         solution[i] = value / lower[i, i]
 
 
-@njit(cache=True)
+@njit
 def _minimise(  # type: ignore[no-untyped-def]
     turn, slide, hold, seen, offsets, marker_place, weight, parents, kinds, marker_part, part, axis, slides, moves
 ):
@@ -273,7 +273,7 @@ def _minimise(  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True)
+@njit
 def _turn_over(turn, elbows, parents):  # type: ignore[no-untyped-def]
     """Turn each arm by half a turn whose elbow is bent backward, and bend it forward; say whether any was."""
     any_was = False
@@ -286,7 +286,7 @@ def _turn_over(turn, elbows, parents):  # type: ignore[no-untyped-def]
     return any_was
 
 
-@njit(cache=True)
+@njit
 def _solve(  # type: ignore[no-untyped-def]
     offsets, marker_place, weight, seen, parents, kinds, marker_part, part, axis, slides, moves, pace, elbows
 ):

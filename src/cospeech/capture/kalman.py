@@ -7,9 +7,10 @@ predicted; the smoother of Rauch, Tung and Striebel (1965) then draws it to wher
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,13 +29,13 @@ def transition(step_s: float, jerk: float) -> tuple[Floats, Floats]:
     return move, jerk**2 * spread
 
 
-@numba.njit(cache=True)
+@njit
 def predict(state: Floats, cover: Floats, move: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the state (3, 3: order, axis) and covariance (3, 3) one frame later."""
     return move @ state, move @ cover @ move.T + noise
 
 
-@numba.njit(cache=True)
+@njit
 def update(state: Floats, cover: Floats, point: Floats, variance: float) -> tuple[Floats, Floats]:
     """Return the state and covariance after seeing the position ``point`` (3,), ``variance`` on each axis, m^2."""
     certainty = 1.0 / (cover[0, 0] + variance)
@@ -47,7 +48,7 @@ def update(state: Floats, cover: Floats, point: Floats, variance: float) -> tupl
     return after, left
 
 
-@numba.njit(cache=True)
+@njit
 def _smooth(points: Floats, variances: Floats, move: Floats, noise: Floats, start: Floats) -> tuple[Floats, Floats]:
     n_frames = len(points)
     states, covers = np.zeros((n_frames, 3, 3)), np.zeros((n_frames, 3, 3))

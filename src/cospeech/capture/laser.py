@@ -12,7 +12,8 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from numba import njit
+
+from cospeech.jit import njit
 
 Plane = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
@@ -31,7 +32,7 @@ WIDEST = 0.8
 """Mean over peak of the core, above which it is a lit surface and no spot."""
 
 
-@njit(cache=True)
+@njit
 def _light(y: Plane, cr: Plane, row: int, column: int) -> float:
     """Return the mean of brightness and twice the redness of the 3 x 3 pixels around one."""
     total = 0.0
@@ -41,7 +42,7 @@ def _light(y: Plane, cr: Plane, row: int, column: int) -> float:
     return total / 9.0
 
 
-@njit(cache=True)
+@njit
 def _find(y: Plane, cr: Plane, width: int, radius: int, least_red: float) -> tuple[float, float, float, float, float]:
     """Return column and row of the spot, its light, that of its strongest rival, and how flat its core is."""
     height = y.shape[0]

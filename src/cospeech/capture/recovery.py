@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
@@ -21,6 +20,7 @@ from cospeech.capture.blobs import Plane
 from cospeech.capture.colour import Mixer
 from cospeech.capture.footage import Planes
 from cospeech.capture.triangulate import consistent, project_point
+from cospeech.jit import njit
 from cospeech.markers import MARKERS, NAMES, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
@@ -187,7 +187,7 @@ def _free(
     return free
 
 
-@numba.njit(cache=True)
+@njit
 def discs(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
     middle: Floats, reach: float, radius: float, usual: Floats, owned: Floats,
@@ -223,7 +223,7 @@ def discs(
     return free[:count]
 
 
-@numba.njit(cache=True)
+@njit
 def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, int], limit_px: float) -> Found:
     """Return the point of two discs with what other views add to it; no view is used where the two do not meet.
 
@@ -270,7 +270,7 @@ def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, 
     return Found(point, used, pixels, n_pixels, share_seen, rms)
 
 
-@numba.njit(cache=True)
+@njit
 def _best(
     cameras: Floats, discs: Floats, expected_m: Floats, search_m: Floats, near_m: Floats,
     usual_m: Floats, slack: Floats, others_m: Floats, limit_px: float,
@@ -304,7 +304,7 @@ def _best(
     return best
 
 
-@numba.njit(cache=True)
+@njit
 def _cost(
     found: Found, expected_m: Floats, search_m: float, near_m: float, usual_m: Floats, slack: Floats, others_m: Floats
 ) -> float:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -20,6 +19,7 @@ from cospeech.capture.disc import UNKNOWN, WELL_SEEN, measure
 from cospeech.capture.footage import Planes
 from cospeech.capture.sights import JERK, SIGHT_SD_M, Sights
 from cospeech.capture.triangulate import consistent, packed, project_point, triangulate_packed
+from cospeech.jit import njit
 from cospeech.markers import MARKERS, RADIUS_M
 
 Floats = npt.NDArray[np.float64]
@@ -63,7 +63,7 @@ COVER_FOUND = (2e-3, 1.0, 10.0)
 """Standard deviations of place, speed and acceleration of a marker that is found again."""
 
 
-@numba.njit(cache=True)
+@njit
 def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> tuple[Floats, Floats, Floats]:
     """Return the pixels (M, C, 2) of points (M, 3), their discs' radii (M, C) and how far to search (M, C), px."""
     n_markers, n_views = len(points), len(cameras)
@@ -81,7 +81,7 @@ def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> t
     return pixels, radius, reach
 
 
-@numba.njit(cache=True)
+@njit
 def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return the discs (n, 3) that two markers of a colour claim: both markers and the view, of pixels (M, C, 2)."""
     n_markers, n_views = pixels.shape[:2]
@@ -96,7 +96,7 @@ def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> np
     return found[:count]
 
 
-@numba.njit(cache=True)
+@njit
 def _measure(
     pictures: tuple[Planes, ...], widths: npt.NDArray[np.int64], across: Floats, share: Floats,
     colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats, usual: Floats,
@@ -135,7 +135,7 @@ def _measure(
     return pixels, n_pixels, share_seen
 
 
-@numba.njit(cache=True)
+@njit
 def _doubt(
     cameras: Floats, own: Floats, weight: Floats, view: int, disc: Floats, expected: Floats, limit: float
 ) -> tuple[int, float]:
@@ -158,14 +158,14 @@ def _doubt(
     return (2, off) if np.isfinite(off) else (3, np.inf)
 
 
-@numba.njit(cache=True)
+@njit
 def _predict(states: Floats, covers: Floats, move: Floats, noise: Floats) -> None:
     """Move the states and covariances (M, 3, 3) of all markers on by a frame, in place."""
     for marker in range(len(states)):
         states[marker], covers[marker] = kalman.predict(states[marker], covers[marker], move, noise)
 
 
-@numba.njit(cache=True)
+@njit
 def _update(states: Floats, covers: Floats, hidden: npt.NDArray[np.int64], points: Floats) -> None:
     """Take the points (M, 3) into the states and covariances, in place; count the frames that a marker is hidden."""
     for marker in range(len(states)):

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture.camera import NEWTON_STEPS, Camera
+from cospeech.jit import njit
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def packed(cameras: Sequence[Camera]) -> Floats:
     return np.array([[*c.rotation.ravel(), *c.shift_m, *c.focal_px, *c.centre_px, *c.lens] for c in cameras])
 
 
-@numba.njit(cache=True)
+@njit
 def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, float, float]:
     """Return the pixel and the depth of a point (3,), and fill ``slope`` (2, 3): pixels a metre.
 
@@ -57,7 +57,7 @@ def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, 
     return fx * bent_u + cx, fy * bent_v + cy, z
 
 
-@numba.njit(cache=True)
+@njit
 def flatten_pixel(camera: Floats, x: float, y: float) -> tuple[float, float]:
     """Return the ideal normalised coordinates of a pixel: ``camera.flatten`` for a row of ``packed``."""
     k1, k2, p1, p2, k3 = camera[16], camera[17], camera[18], camera[19], camera[20]
@@ -79,7 +79,7 @@ def flatten_pixel(camera: Floats, x: float, y: float) -> tuple[float, float]:
     return np.nan, np.nan
 
 
-@numba.njit(cache=True)
+@njit
 def _solve(normal: Floats, right: Floats) -> Floats:
     """Return the solution (3,) of a symmetric system (3, 3), by cofactors; NaN where it has none."""
     a, b, c = normal[0, 0], normal[0, 1], normal[0, 2]
@@ -94,7 +94,7 @@ def _solve(normal: Floats, right: Floats) -> Floats:
     return np.array([x / determinant, y / determinant, z / determinant])
 
 
-@numba.njit(cache=True)
+@njit
 def _nearest(cameras: Floats, flat: Floats, chosen: npt.NDArray[np.bool_]) -> Floats:
     """Return the point (3,) nearest to the rays of the chosen views' normalised coordinates ``flat`` (C, 2)."""
     normal, right = np.zeros((3, 3)), np.zeros(3)
@@ -116,7 +116,7 @@ def _nearest(cameras: Floats, flat: Floats, chosen: npt.NDArray[np.bool_]) -> Fl
     return _solve(normal, right)
 
 
-@numba.njit(cache=True)
+@njit
 def _fit(
     cameras: Floats, pixels: Floats, flat: Floats, weights: Floats, chosen: npt.NDArray[np.bool_], misses: Floats
 ) -> Floats:
@@ -148,7 +148,7 @@ def _fit(
     return point
 
 
-@numba.njit(cache=True)
+@njit
 def consistent(
     cameras: Floats, pixels: Floats, weights: Floats, limit_px: float
 ) -> tuple[Floats, npt.NDArray[np.bool_], float]:
@@ -195,7 +195,7 @@ def consistent(
     return best, best_chosen, best_rms if best_rms < np.inf else np.nan
 
 
-@numba.njit(cache=True)
+@njit
 def triangulate_packed(
     cameras: Floats, pixels: Floats, weights: Floats, limits_px: Floats
 ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:

@@ -10,12 +10,13 @@ from __future__ import annotations
 import operator
 from typing import Any
 
-import numba
 from llvmlite import ir
 from numba import extending, types
 from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
+
+from cospeech.jit import njit
 
 intrinsic: Any = extending.intrinsic  # its own type counts what numba passes among the arguments of a call
 
@@ -140,7 +141,7 @@ def where_greater(_typing: Any, _a: Any, _b: Any, _yes: Any, _no: Any) -> Any:
     return lanes(lanes, lanes, lanes, lanes), generate
 
 
-@numba.njit(cache=True, inline="always")
+@njit(inline="always")
 def greater(a: Any, b: Any) -> Any:
     """Return the greater in each lane, ``b`` where they are not ordered."""
     return where_greater(a, b, a, b)
@@ -204,7 +205,7 @@ def _times_power(_typing: Any, _value: Any, _shifted: Any) -> Any:
     return lanes(lanes, lanes), generate
 
 
-@numba.njit(cache=True, inline="always")
+@njit(inline="always")
 def exp2(x: Any) -> Any:
     """Return 2^x for x <= 1000, at least ``TINY``, to a relative error of 5e-16.
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.jit import njit
 from cospeech.markov.lanes import LANES, each, exp2, greater, greatest, put, take
 
 Float = npt.NDArray[np.float64]
@@ -25,7 +25,7 @@ ABREAST = 4
 """Frames that share what is read of the parameters."""
 
 
-@numba.njit(cache=True)
+@njit
 def copy(source: Float, target: Float) -> None:
     """Copy an array (N, G, LANES); an assignment would bring its error messages along, which compile for seconds."""
     for p in range(source.shape[0]):
@@ -33,7 +33,7 @@ def copy(source: Float, target: Float) -> None:
             put(target, (p, g), take(source, (p, g)))
 
 
-@numba.njit(cache=True)
+@njit
 def scale(states: Float, factor: float) -> None:
     """Multiply an array (N, G, LANES)."""
     for p in range(states.shape[0]):
@@ -41,7 +41,7 @@ def scale(states: Float, factor: float) -> None:
             put(states, (p, g), take(states, (p, g)) * factor)
 
 
-@numba.njit(cache=True)
+@njit
 def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
     """Fill ``block`` (BLOCK, D) with the frames from ``start`` less ``pivot``, 0 after the last; return how many."""
     n = min(BLOCK, len(frames) - start)
@@ -52,7 +52,7 @@ def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
     return n
 
 
-@numba.njit(cache=True)
+@njit
 def bar(start: int, n: int, allowed: Bool, bars: Float) -> None:
     """Fill ``bars`` (BLOCK, G, LANES), zeros so far, with minus infinity where a branch is not allowed."""
     for k in range(n if len(allowed) > 0 else 0):
@@ -60,7 +60,7 @@ def bar(start: int, n: int, allowed: Bool, bars: Float) -> None:
             bars[k, m // LANES, m % LANES] = 0.0 if allowed[start + k, m] else -math.inf
 
 
-@numba.njit(cache=True)
+@njit
 def log_densities(
     n: int, block: Float, bars: Float, weight: Float, shift: Float, constant: Float, density: Float
 ) -> None:
@@ -83,7 +83,7 @@ def log_densities(
                 put(density, (k + 3, p, g), l3)
 
 
-@numba.njit(cache=True)
+@njit
 def relative_densities(n: int, density: Float, top: Float) -> None:
     """Turn log2 densities into densities relative to each frame's largest, ``top`` (BLOCK,); at least ``TINY``."""
     n_places, n_groups = density.shape[1:3]
@@ -98,7 +98,7 @@ def relative_densities(n: int, density: Float, top: Float) -> None:
                 put(density, (k, p, g), exp2(take(density, (k, p, g)) - top[k]))
 
 
-@numba.njit(cache=True)
+@njit
 def fill(
     frames: Float, start: int, pivot: Float, allowed: Bool, weight: Float, shift: Float, constant: Float,
     block: Float, bars: Float, density: Float, top: Float,

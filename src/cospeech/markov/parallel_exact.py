@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from cospeech.jit import njit
 from cospeech.markov.parallel_density import BLOCK, Bool, Float
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 
@@ -17,14 +17,14 @@ IMPOSSIBLE = -math.inf
 LOG_2 = math.log(2.0)
 
 
-@numba.njit(cache=True)
+@njit
 def log_add(a: float, b: float) -> float:
     """Return log(exp(a) + exp(b))."""
     low, high = min(a, b), max(a, b)
     return high if low == IMPOSSIBLE else high + math.log1p(math.exp(low - high))
 
 
-@numba.njit(cache=True)
+@njit
 def log_sum(a: Float, b: Float) -> float:
     """Return the logarithm of the sum of exp(a + b) over two vectors."""
     high = IMPOSSIBLE
@@ -38,14 +38,14 @@ def log_sum(a: Float, b: Float) -> float:
     return high + math.log(total)
 
 
-@numba.njit(cache=True)
+@njit
 def _copy(source: Float, target: Float) -> None:
     """Copy a vector; an assignment of arrays would bring its error messages along, which compile for seconds."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
-@numba.njit(cache=True)
+@njit
 def log_densities(
     frame: Float, allowed: Bool, weight: Float, shift: Float, constant: Float, pivot: Float, density: Float
 ) -> None:
@@ -60,7 +60,7 @@ def log_densities(
             density[s] = IMPOSSIBLE
 
 
-@numba.njit(cache=True)
+@njit
 def _forward(
     t: int, alpha: Float, density: Float, cut: int, entry: Float, stay: Float, leave: Float, after: Float
 ) -> tuple[float, float]:
@@ -84,7 +84,7 @@ def _forward(
     return node, total
 
 
-@numba.njit(cache=True)
+@njit
 def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, beta: Float) -> None:
     """Fill ``beta`` (S,) of one frame from ``follow`` (S,), density and backward probability of the next."""
     n_branches, n_states = len(entry), len(stay)
@@ -98,7 +98,7 @@ def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, 
         beta[s] = value
 
 
-@numba.njit(cache=True)
+@njit
 def expect(
     frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
     weight: Float, shift: Float, constant: Float, pivot: Float,
@@ -168,7 +168,7 @@ def expect(
     return likelihood / LOG_2
 
 
-@numba.njit(cache=True)
+@njit
 def branch_likelihoods(
     frames: Float,
     n_branches: int,

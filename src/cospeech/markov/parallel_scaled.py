@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.jit import njit
 from cospeech.markov.lanes import LANES, TINY, each, put, take, total
 from cospeech.markov.parallel_density import (
     ABREAST,
@@ -50,7 +50,7 @@ FAINT, LOST = 2.0**-200, 2.0**-600
 Cuts = npt.NDArray[np.int8]
 
 
-@numba.njit(cache=True)
+@njit
 def _forward(
     start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
     alphas: Float, scales: Float, nodes: Float,
@@ -95,7 +95,7 @@ def _forward(
     return left
 
 
-@numba.njit(cache=True)
+@njit
 def _backward(
     start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
     alphas: Float, scales: Float, nodes: Float, beta: Float, entered: Float,
@@ -137,7 +137,7 @@ def _backward(
     return node
 
 
-@numba.njit(cache=True)
+@njit
 def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
     """Add a block's frames in each state, and their features and squares, to ``moments`` (N, G, 1 + 2 D, LANES)."""
     n_places, n_groups = moments.shape[:2]
@@ -159,7 +159,7 @@ def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
                     put(moments, (p, g, 1 + n_features + d), second)
 
 
-@numba.njit(cache=True)
+@njit
 def expect(
     frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
     weight: Float, shift: Float, constant: Float, pivot: Float, entered: Float, moments: Float, final: Float,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.jit import njit
 from cospeech.markov.lanes import LANES, each, first_lane, greater, greatest, put, take, where_greater
 from cospeech.markov.parallel_density import BLOCK, Bool, Float, bar, load, log_densities
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
@@ -22,7 +22,7 @@ Int = npt.NDArray[np.int64]
 IMPOSSIBLE = -math.inf
 
 
-@numba.njit(cache=True)
+@njit
 def _place(values: Float, value: float) -> int:
     """Return where ``value`` first stands in the array ``values`` of vectors, 0 where nowhere."""
     for v in range(len(values)):
@@ -32,7 +32,7 @@ def _place(values: Float, value: float) -> int:
     return 0
 
 
-@numba.njit(cache=True)
+@njit
 def _advance(
     start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float, node: float,
     score: Float, since: Float, exits: Int,
@@ -81,7 +81,7 @@ def _advance(
     return node
 
 
-@numba.njit(cache=True)
+@njit
 def decode(
     frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
     weight: Float, shift: Float, constant: Float, pivot: Float, branch: Int, begins: Bool,

@@ -16,9 +16,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from cospeech.jit import njit
 
 Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
@@ -35,7 +36,7 @@ SMALLEST, LARGEST = 1e-200, 1e200
 """Range of a sum in which no part that matters can have been lost."""
 
 
-@numba.njit(cache=True)
+@njit
 def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
     """Lay BLOCK offers against ``lanes`` end frames, the first of them right behind the block's last start.
 
@@ -64,7 +65,7 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
         best[t] = max(x, o7 + d7[t])
 
 
-@numba.njit(cache=True)
+@njit
 def _slide(window: Float) -> None:
     """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
     kept = window.shape[1] - SPAN
@@ -74,7 +75,7 @@ def _slide(window: Float) -> None:
         window[j, kept:] = -np.inf
 
 
-@numba.njit(cache=True)
+@njit
 def best_scores(
     initial: Float,
     transitions: Float,
@@ -124,7 +125,7 @@ def best_scores(
             _push(ending[j, reach : reach + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
 
-@numba.njit(cache=True)
+@njit
 def trace_back(
     durations: Float,
     last: Float,
@@ -169,7 +170,7 @@ def trace_back(
     return score, n_phrases
 
 
-@numba.njit(cache=True)
+@njit
 def _log_sum(terms: Any) -> float:
     """Return log sum exp of ``terms``, minus infinity where all are."""
     largest = terms[0]
@@ -183,7 +184,7 @@ def _log_sum(terms: Any) -> float:
     return largest + np.log(total)
 
 
-@numba.njit(cache=True)
+@njit
 def summed_scores(
     initial: Float,
     transitions: Float,
@@ -243,7 +244,7 @@ def summed_scores(
                     reached[k] += share * duration[k]
 
 
-@numba.njit(cache=True)
+@njit
 def closing_scores(last: Float, offer: Float, emitted: Float, of_state: Float) -> float:
     """Fill in, for each state, the log of the summed score of the paths that end in it; return that of all paths.
 
@@ -261,7 +262,7 @@ def closing_scores(last: Float, offer: Float, emitted: Float, of_state: Float) -
     return _log_sum(of_state)
 
 
-@numba.njit(cache=True)
+@njit
 def _pick(terms: Any, uniform: float) -> int:
     """Return the index that ``uniform`` in [0, 1) picks from probabilities proportional to exp(terms)."""
     total = _log_sum(terms)
@@ -277,7 +278,7 @@ def _pick(terms: Any, uniform: float) -> int:
     return picked
 
 
-@numba.njit(cache=True)
+@njit
 def draw_back(
     transitions: Float,
     durations: Float,

@@ -6,9 +6,10 @@ branches, which the compiler turns into vector instructions. One thread: the sam
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from cospeech.jit import njit
 
 Single = np.float32
 Solid = tuple[Single, ...]
@@ -29,7 +30,7 @@ STEPS = 1 << BITS
 
 ZERO, ONE, NEUTRAL, FAR = np.float32(0.0), np.float32(1.0), np.float32(128.0), np.float32(np.inf)
 
-compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
+compiled = njit(error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 """What is divided by zero is infinite or NaN, which no comparison takes for a hit."""
 
 
