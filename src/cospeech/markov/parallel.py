@@ -130,36 +130,42 @@ def _in_lanes(packed: Packed) -> Packed:
     n_branches = len(packed.entry)
     stay, leave, weight, shift = (_vectors(values, n_branches, 0.0) for values in packed[1:5])
     constant = _vectors(packed.constant, n_branches, -np.inf)
-    return Packed(_vectors(packed.entry, n_branches, 0.0)[0], stay, leave, weight, shift, constant, packed.pivot)
+    return Packed(_vectors(packed.entry, n_branches, 0.0), stay, leave, weight, shift, constant, packed.pivot)
 
 
 class Forms(NamedTuple):
-    """The parameters as both ways to expect take them: in lanes for scaled probabilities, and in logarithms."""
+    """The parameters as both ways to expect take them: in lanes for scaled probabilities, and in logarithms.
+
+    ``ceiling`` is a log2 density that no state exceeds: those of ``scaled`` are relative to it.
+    """
 
     n_branches: int
     scaled: Packed
     exact: Packed
+    ceiling: float
 
 
 def _forms(model: ParallelHMM) -> Forms:
     packed = _packed(model)
-    return Forms(len(model.entry), _in_lanes(packed), _in_logs(packed, np.e))
+    ceiling = float(packed.constant.max())
+    relative = packed._replace(constant=packed.constant - ceiling)
+    return Forms(len(model.entry), _in_lanes(relative), _in_logs(packed, np.e), ceiling)
 
 
 def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
-    """Return (N * M,) or (N * M, D) as (N, G, LANES) or (N, G, D, LANES)."""
+    """Return (N * M,) or (N * M, D) as (V, LANES) or (V, D, LANES)."""
     by_place = values.reshape(-1, n_branches, *values.shape[1:])
     n_groups = -(-n_branches // LANES)
     filled = np.full((len(by_place), n_groups * LANES, *values.shape[1:]), missing)
     filled[:, :n_branches] = by_place
-    grouped = filled.reshape(len(by_place), n_groups, LANES, *values.shape[1:])
-    return np.ascontiguousarray(grouped.swapaxes(2, -1))
+    grouped = filled.reshape(-1, LANES, *values.shape[1:])
+    return np.ascontiguousarray(grouped.swapaxes(1, -1))
 
 
 def _states(vectors: Floats, n_branches: int) -> Floats:
     """Return what ``_vectors`` was given."""
-    rest = vectors.shape[2:-1]
-    by_place = vectors.swapaxes(2, -1).reshape(len(vectors), -1, *rest)
+    n_groups, rest = -(-n_branches // LANES), vectors.shape[1:-1]
+    by_place = vectors.swapaxes(1, -1).reshape(-1, n_groups * LANES, *rest)
     return by_place[:, :n_branches].reshape(-1, *rest)
 
 
@@ -205,9 +211,9 @@ def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
     n_branches, given = forms.n_branches, forms.scaled
     n_features = len(given.pivot)
     entered, final = np.zeros_like(given.entry), np.zeros_like(given.stay)
-    moments = np.zeros((*final.shape[:2], 1 + 2 * n_features, LANES))
-    found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final)
-    begun = _states(entered[None], n_branches)
+    moments = np.zeros((len(final), 1 + 2 * n_features, LANES))
+    found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final) + forms.ceiling * len(frames)
+    begun = _states(entered, n_branches)
     sums = _states(moments, n_branches).T
     # What enters a branch goes through it place by place, but for what the end of the sequence finds on its way.
     ended = np.cumsum(_states(final, n_branches).reshape(-1, n_branches), axis=0)

@@ -20,16 +20,7 @@ import numpy.typing as npt
 
 from cospeech.jit import njit
 from cospeech.markov.lanes import LANES, TINY, each, put, take, total
-from cospeech.markov.parallel_density import (
-    ABREAST,
-    BLOCK,
-    Bool,
-    Float,
-    copy,
-    fill,
-    load,
-    scale,
-)
+from cospeech.markov.parallel_density import ABREAST, BLOCK, Bool, Float, bar, copy, densities, load, scale
 
 NOTHING = BLOCK + 1
 """The row of a block's forward probabilities that is always 0."""
@@ -61,28 +52,27 @@ def _forward(
     -------
     The sum of the last row; 0 where a frame lost too much to be sure of.
     """
-    n_places, n_groups = stay.shape[:2]
+    n_vectors, n_groups = len(stay), len(entry)
     node, left = nodes[0], 1.0
     for k in range(n):
         cut = cuts[start + k] if len(cuts) > 0 and start + k > 0 else FREE
         nodes[k] = 0.0 if cut == NEVER else node
         before = NOTHING if cut == MUST else k
         everywhere, leaving = each(0.0), each(0.0)
-        for g in range(n_groups):
-            # From the last place to the first, which asks for the node: so its sum is ready when it is needed.
-            # Less ``TINY``, a branch that is not allowed has no density at all.
-            here = take(alphas, (before, n_places - 1, g))
-            for p in range(n_places - 1, 0, -1):
-                earlier = take(alphas, (before, p - 1, g))
-                value = here * take(stay, (p, g)) + earlier * take(leave, (p - 1, g))
-                value = value * (take(density, (k, p, g)) - TINY)
-                put(alphas, (k + 1, p, g), value)
-                everywhere, here = everywhere + value, earlier
-            value = here * take(stay, (0, g)) + nodes[k] * take(entry, (g,))
-            value = value * (take(density, (k, 0, g)) - TINY)
-            put(alphas, (k + 1, 0, g), value)
+        # The first places come last, as they ask for the node: so its sum is ready when it is needed.
+        for v in range(n_groups, n_vectors):
+            stayed = take(alphas, (before, v)) * take(stay, (v,))
+            value = take(alphas, (before, v - n_groups)) * take(leave, (v - n_groups,)) + stayed
+            value = value * take(density, (k, v))
+            put(alphas, (k + 1, v), value)
             everywhere = everywhere + value
-            leaving = leaving + take(alphas, (k + 1, n_places - 1, g)) * take(leave, (n_places - 1, g))
+        for v in range(n_groups):
+            value = take(alphas, (before, v)) * take(stay, (v,)) + nodes[k] * take(entry, (v,))
+            value = value * take(density, (k, v))
+            put(alphas, (k + 1, v), value)
+            everywhere = everywhere + value
+        for v in range(n_vectors - n_groups, n_vectors):
+            leaving = leaving + take(alphas, (k + 1, v)) * take(leave, (v,))
         left, node, scales[k + 1] = total(everywhere), total(leaving), 1.0
         if left < FAINT:
             if left < LOST:
@@ -100,7 +90,7 @@ def _backward(
     start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
     alphas: Float, scales: Float, nodes: Float, beta: Float, entered: Float,
 ) -> float:  # fmt: skip
-    """Go backward through a block of n frames: ``beta`` (N, G, LANES) moves from its last frame to the one before it.
+    """Go backward through a block of n frames: ``beta`` (V, LANES) moves from its last frame to the one before it.
 
     Rows 1 to n of ``alphas`` become posterior probabilities, and the rows of absent frames nothing; the segments that
     begin are added to ``entered`` (G, LANES).
@@ -110,53 +100,56 @@ def _backward(
     What the shared node before the block is worth: at the start of a sequence its likelihood's upper bound, relative
     to the lower one.
     """
-    n_places, n_groups = stay.shape[:2]
+    n_vectors, n_groups = len(stay), len(entry)
     node = 1.0
     for k in range(n - 1, -1, -1):
         cut = cuts[start + k] if len(cuts) > 0 else FREE
-        worth = each(0.0)
-        for g in range(n_groups):
-            begun = scales[k + 1] * take(entry, (g,)) * take(density, (k, 0, g)) * take(beta, (0, g))
-            put(entered, (g,), take(entered, (g,)) + nodes[k] * begun)
+        rescaled, worth = scales[k + 1], each(0.0)
+        # What follows a place waits in its ``beta`` until the next place is reached.
+        for v in range(n_groups):
+            later = take(beta, (v,))
+            put(alphas, (k + 1, v), take(alphas, (k + 1, v)) * later)
+            follow = (take(density, (k, v)) + TINY) * later * rescaled
+            put(beta, (v,), follow)
+            begun = take(entry, (v,)) * follow
+            put(entered, (v,), take(entered, (v,)) + nodes[k] * begun)
             worth = worth + begun
         node = total(worth)
-        within = 0.0 if cut == MUST else scales[k + 1]
-        for g in range(n_groups):
-            # From the first place to the last, which asks for the node.
-            later = take(beta, (0, g))
-            put(alphas, (k + 1, 0, g), take(alphas, (k + 1, 0, g)) * later)
-            follow = within * take(density, (k, 0, g)) * later
-            for p in range(n_places - 1):
-                later, own = take(beta, (p + 1, g)), follow
-                put(alphas, (k + 1, p + 1, g), take(alphas, (k + 1, p + 1, g)) * later)
-                follow = within * take(density, (k, p + 1, g)) * later
-                put(beta, (p, g), take(stay, (p, g)) * own + (take(leave, (p, g)) * follow + TINY))
-            back = take(leave, (n_places - 1, g)) * (0.0 if cut == NEVER else node) + TINY
-            put(beta, (n_places - 1, g), take(stay, (n_places - 1, g)) * follow + back)
+        for v in range(n_groups, n_vectors):
+            later, own = take(beta, (v,)), take(beta, (v - n_groups,))
+            put(alphas, (k + 1, v), take(alphas, (k + 1, v)) * later)
+            follow = (take(density, (k, v)) + TINY) * later * rescaled
+            put(beta, (v,), follow)
+            moved = take(leave, (v - n_groups,)) * follow + TINY
+            put(beta, (v - n_groups,), take(stay, (v - n_groups,)) * own + moved)
+        if cut == MUST:
+            beta[:] = 0.0
+        back = 0.0 if cut == NEVER else node
+        for v in range(n_vectors - n_groups, n_vectors):
+            put(beta, (v,), take(stay, (v,)) * take(beta, (v,)) + (take(leave, (v,)) * back + TINY))
     alphas[n + 1 : NOTHING] = 0.0
     return node
 
 
 @njit
 def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
-    """Add a block's frames in each state, and their features and squares, to ``moments`` (N, G, 1 + 2 D, LANES)."""
-    n_places, n_groups = moments.shape[:2]
+    """Add a block's frames in each state, and their features and squares, to ``moments`` (V, 1 + 2 D, LANES)."""
     n_features = block.shape[1]
     squares = block * block
     for k in range(0, n, ABREAST):
-        for p in range(n_places):
-            for g in range(n_groups):
-                g0, g1 = take(gammas, (k + 1, p, g)), take(gammas, (k + 2, p, g))
-                g2, g3 = take(gammas, (k + 3, p, g)), take(gammas, (k + 4, p, g))
-                put(moments, (p, g, 0), take(moments, (p, g, 0)) + (g0 + g1 + (g2 + g3)))
-                for d in range(n_features):
-                    first, second = take(moments, (p, g, 1 + d)), take(moments, (p, g, 1 + n_features + d))
-                    first, second = first + g0 * block[k, d], second + g0 * squares[k, d]
-                    first, second = first + g1 * block[k + 1, d], second + g1 * squares[k + 1, d]
-                    first, second = first + g2 * block[k + 2, d], second + g2 * squares[k + 2, d]
-                    first, second = first + g3 * block[k + 3, d], second + g3 * squares[k + 3, d]
-                    put(moments, (p, g, 1 + d), first)
-                    put(moments, (p, g, 1 + n_features + d), second)
+        for v in range(len(moments)):
+            g0, g1, g2, g3 = (
+                take(gammas, (k + 1, v)), take(gammas, (k + 2, v)), take(gammas, (k + 3, v)), take(gammas, (k + 4, v)),
+            )  # fmt: skip
+            put(moments, (v, 0), take(moments, (v, 0)) + (g0 + g1 + (g2 + g3)))
+            for d in range(n_features):
+                first, second = take(moments, (v, 1 + d)), take(moments, (v, 1 + n_features + d))
+                first, second = first + g0 * block[k, d], second + g0 * squares[k, d]
+                first, second = first + g1 * block[k + 1, d], second + g1 * squares[k + 1, d]
+                first, second = first + g2 * block[k + 2, d], second + g2 * squares[k + 2, d]
+                first, second = first + g3 * block[k + 3, d], second + g3 * squares[k + 3, d]
+                put(moments, (v, 1 + d), first)
+                put(moments, (v, 1 + n_features + d), second)
 
 
 @njit
@@ -171,51 +164,59 @@ def expect(
     frames : (T, D) one sequence.
     allowed : (T, M) the branches that may be active in each frame; (0, M) where all are, always.
     cuts : (T,) ``FREE``, ``MUST`` or ``NEVER``: whether a segment begins in a frame; (0,) where all are free.
-    entry, stay, leave : (G, LANES), (N, G, LANES), (N, G, LANES) probabilities.
-    weight, shift, constant : (N, G, D, LANES), (N, G, D, LANES), (N, G, LANES); log2 density is
-        constant - sum over D of (x weight - shift)^2, with x less ``pivot`` (D,).
+    entry, stay, leave : (G, LANES), (V, LANES), (V, LANES) probabilities.
+    weight, shift, constant : (V, D, LANES), (V, D, LANES), (V, LANES); log2 density, relative to what no density of
+        the model exceeds, is constant - sum over D of (x weight - shift)^2, with x less ``pivot`` (D,).
     entered : (G, LANES) expected segments of each branch.
-    moments : (N, G, 1 + 2 D, LANES) expected frames in each state, and over these the sums of the features less
+    moments : (V, 1 + 2 D, LANES) expected frames in each state, and over these the sums of the features less
         ``pivot``, and of their squares.
-    final : (N, G, LANES) probability of each state in the last frame.
+    final : (V, LANES) probability of each state in the last frame.
     """
     n_frames, n_features = frames.shape
-    n_places, n_groups = stay.shape[:2]
+    n_vectors = len(stay)
     n_blocks = (n_frames + BLOCK - 1) // BLOCK
-    block, bars = np.zeros((BLOCK, n_features)), np.zeros((BLOCK, n_groups, LANES))
-    kept, top = np.empty((min(n_blocks, KEPT), BLOCK, n_places, n_groups, LANES)), np.empty(BLOCK)
-    alphas = np.zeros((NOTHING + 1, n_places, n_groups, LANES))
-    scales, nodes = np.ones(BLOCK + 1), np.ones(BLOCK + 1)
-    checkpoints, returns = np.empty((n_blocks, n_places, n_groups, LANES)), np.empty(n_blocks)
+    block = np.zeros((BLOCK, n_features))
+    n_kept = min(n_blocks, KEPT)
+    first_kept = n_blocks - n_kept  # with the place of its own for each block from here on; those before share it
+    kept, alphas = np.empty((n_kept, BLOCK, n_vectors, LANES)), np.empty((n_kept, NOTHING + 1, n_vectors, LANES))
+    scales, nodes = np.empty((n_kept, BLOCK + 1)), np.empty((n_kept, BLOCK + 1))
+    checkpoints, returns = np.empty((n_blocks, n_vectors, LANES)), np.empty(n_blocks)
+    alphas[:, NOTHING] = 0.0
 
     likelihood, left, n = 0.0, 1.0, 0
+    checkpoints[0], returns[0] = 0.0, 1.0
     for j in range(n_blocks):
-        copy(alphas[n], checkpoints[j])
-        copy(alphas[n], alphas[0])
-        returns[j] = nodes[0] = nodes[n]
-        density = kept[j % KEPT]
-        n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, bars, density, top)
-        left = _forward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes)
+        i = max(0, j - first_kept)
+        copy(checkpoints[j], alphas[i, 0])
+        nodes[i, 0] = returns[j]
+        n = load(frames, j * BLOCK, pivot, block)
+        densities(n, block, weight, shift, constant, kept[i])
+        bar(j * BLOCK, n, allowed, kept[i], 0.0)
+        left = _forward(j * BLOCK, n, cuts, kept[i], entry, stay, leave, alphas[i], scales[i], nodes[i])
         if left == 0.0:
             return UNSURE
         for k in range(n):
-            likelihood += top[k]
-            if scales[k + 1] != 1.0:
-                likelihood -= math.log2(scales[k + 1])
+            if scales[i, k + 1] != 1.0:
+                likelihood -= math.log2(scales[i, k + 1])
+        if j + 1 < n_blocks:
+            copy(alphas[i, n], checkpoints[j + 1])
+            returns[j + 1] = nodes[i, n]
     likelihood += math.log2(left)
 
     bound, beta = 1.0, np.full(stay.shape, 1.0 / left)
-    copy(alphas[n], final)
+    copy(alphas[n_kept - 1, n], final)
     scale(final, 1.0 / left)
     for j in range(n_blocks - 1, -1, -1):
-        copy(checkpoints[j], alphas[0])
-        nodes[0] = returns[j]
-        density = kept[j % KEPT]
-        if j >= n_blocks - KEPT:
-            n = load(frames, j * BLOCK, pivot, block)
-        else:
-            n = fill(frames, j * BLOCK, pivot, allowed, weight, shift, constant, block, bars, density, top)
-        _forward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes)
-        bound = _backward(j * BLOCK, n, cuts, density, entry, stay, leave, alphas, scales, nodes, beta, entered)
-        _gather(n, block, alphas, moments)
+        i = max(0, j - first_kept)
+        n = load(frames, j * BLOCK, pivot, block)
+        if j < first_kept:
+            copy(checkpoints[j], alphas[i, 0])
+            nodes[i, 0] = returns[j]
+            densities(n, block, weight, shift, constant, kept[i])
+            bar(j * BLOCK, n, allowed, kept[i], 0.0)
+            _forward(j * BLOCK, n, cuts, kept[i], entry, stay, leave, alphas[i], scales[i], nodes[i])
+        bound = _backward(
+            j * BLOCK, n, cuts, kept[i], entry, stay, leave, alphas[i], scales[i], nodes[i], beta, entered
+        )
+        _gather(n, block, alphas[i], moments)
     return likelihood if abs(bound - 1.0) < AGREEMENT else UNSURE
