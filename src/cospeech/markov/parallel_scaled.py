@@ -138,9 +138,8 @@ def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
     squares = block * block
     for k in range(0, n, ABREAST):
         for v in range(len(moments)):
-            g0, g1, g2, g3 = (
-                take(gammas, (k + 1, v)), take(gammas, (k + 2, v)), take(gammas, (k + 3, v)), take(gammas, (k + 4, v)),
-            )  # fmt: skip
+            g0, g1 = take(gammas, (k + 1, v)), take(gammas, (k + 2, v))
+            g2, g3 = take(gammas, (k + 3, v)), take(gammas, (k + 4, v))
             put(moments, (v, 0), take(moments, (v, 0)) + (g0 + g1 + (g2 + g3)))
             for d in range(n_features):
                 first, second = take(moments, (v, 1 + d)), take(moments, (v, 1 + n_features + d))

@@ -37,7 +37,7 @@ def _advance(
     start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float, node: float,
     score: Float, since: Float, exits: Int,
 ) -> float:  # fmt: skip
-    """Take ``score`` and ``since`` (N, G, LANES) through a block of n frames; on a tie a path stays where it is.
+    """Take ``score`` and ``since`` (V, LANES) through a block of n frames; on a tie a path stays where it is.
 
     Fills ``exits`` (T,) with the branch that is best left after each frame, and when it was entered.
 
@@ -49,9 +49,9 @@ def _advance(
     -------
     What the one behind it is worth.
     """
-    n_places, n_groups = stay.shape[:2]
+    n_vectors, n_groups = len(stay), len(entry)
     leaving = np.empty((n_groups, LANES))
-    last = since[n_places - 1]
+    last = since[n_vectors - n_groups :]
     for k in range(n):
         t = start + k
         cut = cuts[t] if len(cuts) > 0 and t > 0 else FREE
@@ -62,17 +62,18 @@ def _advance(
         best = each(IMPOSSIBLE)
         for g in range(n_groups):
             # From the last place to the first, which asks for the node: so its maximum is ready when it is needed.
-            here, own = take(score, (n_places - 1, g)), take(since, (n_places - 1, g))
-            for p in range(n_places - 1, 0, -1):
-                earlier, entered = take(score, (p - 1, g)), take(since, (p - 1, g))
-                kept, moved = here + take(stay, (p, g)), earlier + take(leave, (p - 1, g))
-                put(score, (p, g), greater(moved, kept) + take(density, (k, p, g)))
-                put(since, (p, g), where_greater(moved, kept, entered, own))
+            end = n_vectors - n_groups + g
+            here, own = take(score, (end,)), take(since, (end,))
+            for v in range(end, g, -n_groups):
+                earlier, entered = take(score, (v - n_groups,)), take(since, (v - n_groups,))
+                kept, moved = here + take(stay, (v,)), earlier + take(leave, (v - n_groups,))
+                put(score, (v,), greater(moved, kept) + take(density, (k, v)))
+                put(since, (v,), where_greater(moved, kept, entered, own))
                 here, own = earlier, entered
-            kept, moved = here + take(stay, (0, g)), node + take(entry, (g,))
-            put(score, (0, g), greater(moved, kept) + take(density, (k, 0, g)))
-            put(since, (0, g), where_greater(moved, kept, each(float(t)), own))
-            value = take(score, (n_places - 1, g)) + take(leave, (n_places - 1, g))
+            kept, moved = here + take(stay, (g,)), node + take(entry, (g,))
+            put(score, (g,), greater(moved, kept) + take(density, (k, g)))
+            put(since, (g,), where_greater(moved, kept, each(float(t)), own))
+            value = take(score, (end,)) + take(leave, (end,))
             put(leaving, (g,), value)
             best = greater(value, best)
         node = greatest(best)
@@ -91,20 +92,18 @@ def decode(
     Until the path is read back, ``branch`` keeps of each frame the best branch to leave, and when it was entered.
     """
     n_frames, n_lanes = len(frames), entry.size
-    block, bars = np.zeros((BLOCK, len(pivot))), np.zeros((BLOCK, *entry.shape))
-    density = np.empty((BLOCK, *stay.shape))
+    block, density = np.zeros((BLOCK, len(pivot))), np.empty((BLOCK, *stay.shape))
     score, since = np.full(stay.shape, IMPOSSIBLE), np.zeros(stay.shape)
     node = 0.0
     for start in range(0, n_frames, BLOCK):
         n = load(frames, start, pivot, block)
-        bar(start, n, allowed, bars)
-        log_densities(n, block, bars, weight, shift, constant, density)
+        log_densities(n, block, weight, shift, constant, density)
+        bar(start, n, allowed, density, IMPOSSIBLE)
         node = _advance(start, n, cuts, density, entry, stay, leave, node, score, since, branch)
-    scores, sinces = score.reshape(-1, LANES), since.reshape(-1, LANES)
     highest = score.max()
-    final = _place(scores, highest)
+    final = _place(score, highest)
     begins[:] = False
-    end, m, start = n_frames, final % n_lanes, int(sinces[final // LANES, final % LANES])
+    end, m, start = n_frames, final % n_lanes, int(since[final // LANES, final % LANES])
     while highest > IMPOSSIBLE:
         left = branch[start - 1]
         branch[start:end] = m
