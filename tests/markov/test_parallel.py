@@ -22,9 +22,12 @@ FLOOR = 1e-3
 def counts_of(expect, model, frames, clamp):
     """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
-    counts = expect(parallel._forms(model), frames, clamp or parallel.unclamped(branches))
+    forms = parallel._forms(model)
+    counts = expect(forms, frames, clamp or parallel.unclamped(branches))
     if np.isnan(counts.log_likelihood):
         return counts.log_likelihood, ()
+    if isinstance(counts, parallel.Sums):
+        counts = parallel._counts(forms, counts)
     pivot = counts.pivot[:, None]
     second = counts.second + 2 * pivot * counts.first + pivot**2 * counts.occupied
     first = counts.first + pivot * counts.occupied

@@ -175,53 +175,68 @@ def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | N
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
     """Return log P(frames | model) of one sequence (T, D), over the paths that ``clamp`` admits."""
-    return _expect_one(_forms(model), frames, clamp or unclamped(len(model.entry))).log_likelihood
+    forms, known = _forms(model), clamp or unclamped(len(model.entry))
+    found = _expect_scaled(forms, frames, known).log_likelihood
+    return found if np.isfinite(found) else _expect_exact(forms, frames, known).log_likelihood
 
 
 def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None = None) -> Counts:
     """Return the expected counts of all sequences (the E-step of Baum-Welch).
+
+    Each is counted in scaled probabilities or, where these are unsure, in logarithms.
 
     Raises
     ------
     UserError : where the clamp of a sequence admits no path.
     """
     forms = _forms(model)
-    total: Counts | None = None
+    sums, counts = _nothing(forms), []
     for index, (frames, clamp) in enumerate(zip(sequences, _clamps(model, sequences, clamps), strict=True)):
-        counts = _expect_one(forms, frames, clamp)
-        if counts.log_likelihood == -np.inf:
+        found = _expect_scaled(forms, frames, clamp)
+        if np.isfinite(found.log_likelihood):
+            sums = Sums._make(a + b for a, b in zip(sums, found, strict=True))
+            continue
+        counts.append(_expect_exact(forms, frames, clamp))
+        if counts[-1].log_likelihood == -np.inf:
             raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
-        total = counts if total is None else _sum(total, counts)
-    assert total is not None  # there is no model without a sequence
+    total = _counts(forms, sums)
+    for exact in counts:
+        pairs: list[tuple[Any, Any]] = list(zip(total, exact, strict=True))
+        total = Counts._make(a + b for a, b in pairs)._replace(pivot=total.pivot)
     return total
 
 
-def _sum(one: Counts, other: Counts) -> Counts:
-    pairs: list[tuple[Any, Any]] = list(zip(one, other, strict=True))
-    return Counts._make(a + b for a, b in pairs)._replace(pivot=one.pivot)
+class Sums(NamedTuple):
+    """What ``parallel_scaled.expect`` counts, states in vectors."""
+
+    log_likelihood: float
+    entered: Floats
+    moments: Floats
+    final: Floats
 
 
-def _expect_one(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
-    """Return the expected counts of one sequence: in scaled probabilities or, if these are unsure, in logarithms."""
-    counts = _expect_scaled(forms, frames, clamp)
-    return counts if np.isfinite(counts.log_likelihood) else _expect_exact(forms, frames, clamp)
+def _nothing(forms: Forms) -> Sums:
+    entry, stay, pivot = forms.scaled.entry, forms.scaled.stay, forms.scaled.pivot
+    return Sums(0.0, np.zeros_like(entry), np.zeros((len(stay), 1 + 2 * len(pivot), LANES)), np.zeros_like(stay))
 
 
-def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
-    n_branches, given = forms.n_branches, forms.scaled
-    n_features = len(given.pivot)
-    entered, final = np.zeros_like(given.entry), np.zeros_like(given.stay)
-    moments = np.zeros((len(final), 1 + 2 * n_features, LANES))
-    found = parallel_scaled.expect(frames, *clamp, *given, entered, moments, final) + forms.ceiling * len(frames)
-    begun = _states(entered, n_branches)
-    sums = _states(moments, n_branches).T
+def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Sums:
+    sums = _nothing(forms)
+    found = parallel_scaled.expect(frames, *clamp, *forms.scaled, *sums[1:]) + forms.ceiling * len(frames)
+    return sums._replace(log_likelihood=found * np.log(2.0))
+
+
+def _counts(forms: Forms, sums: Sums) -> Counts:
+    n_branches, n_features = forms.n_branches, len(forms.scaled.pivot)
+    begun = _states(sums.entered, n_branches)
+    moments = _states(sums.moments, n_branches).T
     # What enters a branch goes through it place by place, but for what the end of the sequence finds on its way.
-    ended = np.cumsum(_states(final, n_branches).reshape(-1, n_branches), axis=0)
+    ended = np.cumsum(_states(sums.final, n_branches).reshape(-1, n_branches), axis=0)
     left = np.maximum(begun - ended, 0.0)
     arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
-    occupied, first, second = sums[0], sums[1 : 1 + n_features], sums[1 + n_features :]
+    occupied, first, second = moments[0], moments[1 : 1 + n_features], moments[1 + n_features :]
     stayed = np.maximum(occupied - arrived, 0.0)
-    return Counts(found * np.log(2.0), begun, occupied, stayed, left.ravel(), first, second, given.pivot)
+    return Counts(sums.log_likelihood, begun, occupied, stayed, left.ravel(), first, second, forms.scaled.pivot)
 
 
 def _expect_exact(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:

@@ -16,12 +16,15 @@ from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 IMPOSSIBLE = -math.inf
 LOG_2 = math.log(2.0)
 
+NEGLIGIBLE = 40.0
+"""exp of less does not change a sum with 1."""
+
 
 @njit
 def log_add(a: float, b: float) -> float:
     """Return log(exp(a) + exp(b))."""
     low, high = min(a, b), max(a, b)
-    return high if low == IMPOSSIBLE else high + math.log1p(math.exp(low - high))
+    return high if low < high - NEGLIGIBLE or low == IMPOSSIBLE else high + math.log1p(math.exp(low - high))
 
 
 @njit

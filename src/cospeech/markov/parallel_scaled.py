@@ -177,7 +177,10 @@ def expect(
     block = np.zeros((BLOCK, n_features))
     n_kept = min(n_blocks, KEPT)
     first_kept = n_blocks - n_kept  # with the place of its own for each block from here on; those before share it
-    kept, alphas = np.empty((n_kept, BLOCK, n_vectors, LANES)), np.empty((n_kept, NOTHING + 1, n_vectors, LANES))
+    # One array of what is large: the system takes back several after each sequence, and hands them out page by page.
+    room, n_densities = np.empty(n_kept * (BLOCK + NOTHING + 1) * stay.size), n_kept * BLOCK * stay.size
+    kept = room[:n_densities].reshape(n_kept, BLOCK, n_vectors, LANES)
+    alphas = room[n_densities:].reshape(n_kept, NOTHING + 1, n_vectors, LANES)
     scales, nodes = np.empty((n_kept, BLOCK + 1)), np.empty((n_kept, BLOCK + 1))
     checkpoints, returns = np.empty((n_blocks, n_vectors, LANES)), np.empty(n_blocks)
     alphas[:, NOTHING] = 0.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import numpy.typing as npt
 
@@ -32,25 +30,32 @@ def variance_floor(sequences: list[Floats], features: tuple[str, ...], share: fl
     return share * spread**2
 
 
-def parts(segment: Floats, states: int) -> list[Floats]:
-    """Return a segment (T, D) split evenly into ``states`` parts, T at least ``states``."""
-    edges = np.arange(states + 1) * len(segment) // states
-    return [segment[start:end] for start, end in pairwise(edges)]
-
-
 def from_segments(groups: list[list[Floats]], states: int, floor: Floats) -> ParallelHMM:
-    """Return the model whose branch m was seen in the segments ``groups[m]``, each split evenly into states."""
-    n_branches = len(groups)
-    shape = (n_branches, states, len(floor))
-    entry, stay = np.empty(n_branches), np.empty((n_branches, states))
-    mean, variance = np.empty(shape), np.empty(shape)
-    for m, group in enumerate(groups):
-        entry[m] = len(group)
-        for n, pieces in enumerate(zip(*(parts(segment, states) for segment in group), strict=True)):
-            frames = np.concatenate(pieces)
-            stay[m, n] = 1.0 - len(pieces) / (len(frames) + 1.0)
-            mean[m, n], variance[m, n] = frames.mean(axis=0), np.maximum(frames.var(axis=0), floor)
-    return ParallelHMM(entry / entry.sum(), np.clip(stay, LEAST_STAY, MOST_STAY), mean, variance)
+    """Return the model whose branch m was seen in the segments ``groups[m]``, each split evenly into states.
+
+    A segment (T, D) has at least ``states`` frames.
+    """
+    n_branches, sizes = len(groups), np.array([len(group) for group in groups])
+    segments = [segment for group in groups for segment in group]
+    lengths = np.array([len(segment) for segment in segments])
+    edges = np.arange(states + 1) * lengths[:, None] // states
+    state_of_part = np.repeat(np.arange(n_branches), sizes)[:, None] * states + np.arange(states)
+    state, frames = np.repeat(state_of_part.ravel(), np.diff(edges).ravel()), np.concatenate(segments)
+    occupied = np.bincount(state, minlength=n_branches * states)
+
+    def mean_of(values: Floats) -> Floats:
+        return np.column_stack([np.bincount(state, weights=column) for column in values.T]) / occupied[:, None]
+
+    mean = mean_of(frames)
+    variance = np.maximum(mean_of((frames - mean[state]) ** 2), floor)
+    stay = 1.0 - np.repeat(sizes, states) / (occupied + 1.0)
+    shape = (n_branches, states)
+    return ParallelHMM(
+        sizes / sizes.sum(),
+        np.clip(stay, LEAST_STAY, MOST_STAY).reshape(shape),
+        mean.reshape(*shape, -1),
+        variance.reshape(*shape, -1),
+    )
 
 
 def from_clusters(
@@ -88,7 +93,7 @@ def _cut(n_frames: int, length: int, shortest: int, rng: np.random.Generator) ->
 
 
 def _means(frames: Floats, cut: Ints, states: int) -> Floats:
-    """Return the means of the ``states`` parts of each segment, (L, states, D); see ``parts``."""
+    """Return the means of the ``states`` parts of each segment, (L, states, D)."""
     lasting = np.diff(np.append(cut, len(frames)))[:, None]
     first = (cut[:, None] + np.arange(states) * lasting // states).ravel()
     n_of_part = np.diff(np.append(first, len(frames)))
