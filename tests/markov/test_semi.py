@@ -406,12 +406,17 @@ def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
     assert semi.path_score(semi.to_tables(model, FRAME_S), phrases, ["p1"] * 5) == -np.inf
 
 
+@pytest.mark.parametrize("floor", [0.0, 1e-4])
+@pytest.mark.parametrize("n_bins", [5, 41, 120])
 @pytest.mark.parametrize("censoring", ["none", "right"])
-def test_long_records_get_the_best_score_of_the_plain_recursion(censoring):
-    # Longer than the window of frames of which scores are kept.
+def test_long_records_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
+    # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
     rng = np.random.default_rng(21)
-    n_frames, n_bins = 2 * semi_kernels.SPAN + 77, 5
+    n_frames = 2 * semi_kernels.SPAN + 77
     model = random_model(rng, 3, 4, n_bins, zeros=True)
+    model.durations[:2, rng.random(n_bins) > 0.1] = 0.0
+    model.durations[:, -1] = 0.5
+    model = dataclasses.replace(model, durations=semi._floored(model.durations, floor))
     codes = rng.integers(4, size=n_frames)
     with np.errstate(divide="ignore"):
         initial, transitions, durations = (

@@ -8,7 +8,7 @@ in any state. One pass through a branch is one segment. Densities are Gaussian w
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -65,6 +65,18 @@ class Counts(NamedTuple):
     first: Floats
     second: Floats
     pivot: Floats
+
+
+class Sums(NamedTuple):
+    """What ``parallel_scaled.expect`` counts, states in vectors."""
+
+    log_likelihood: float
+    entered: Floats
+    moments: Floats
+    final: Floats
+
+
+Summed = TypeVar("Summed", Counts, Sums)
 
 
 class Path(NamedTuple):
@@ -190,29 +202,26 @@ def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | No
     UserError : where the clamp of a sequence admits no path.
     """
     forms = _forms(model)
-    sums, counts = _nothing(forms), []
+    sums: Sums = _nothing(forms)
+    counts: list[Counts] = []
     for index, (frames, clamp) in enumerate(zip(sequences, _clamps(model, sequences, clamps), strict=True)):
         found = _expect_scaled(forms, frames, clamp)
         if np.isfinite(found.log_likelihood):
-            sums = Sums._make(a + b for a, b in zip(sums, found, strict=True))
+            sums = _sum(sums, found)
             continue
         counts.append(_expect_exact(forms, frames, clamp))
         if counts[-1].log_likelihood == -np.inf:
             raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
     total = _counts(forms, sums)
     for exact in counts:
-        pairs: list[tuple[Any, Any]] = list(zip(total, exact, strict=True))
-        total = Counts._make(a + b for a, b in pairs)._replace(pivot=total.pivot)
+        total = _sum(total, exact)._replace(pivot=total.pivot)
     return total
 
 
-class Sums(NamedTuple):
-    """What ``parallel_scaled.expect`` counts, states in vectors."""
-
-    log_likelihood: float
-    entered: Floats
-    moments: Floats
-    final: Floats
+def _sum(one: Summed, other: Summed) -> Summed:
+    """Add two tuples field by field."""
+    pairs: list[tuple[Any, Any]] = list(zip(one, other, strict=True))
+    return one._make(a + b for a, b in pairs)
 
 
 def _nothing(forms: Forms) -> Sums:

@@ -263,10 +263,11 @@ def decode_each(
 ) -> list[Path]:
     """Return the best path under each emission weight; see ``decode``."""
     logs = _logs(model, observations, 0.0, censoring)
-    return [_best_path(model, logs._replace(emissions=_emissions(model, weight))) for weight in weights]
+    risen = _risen(logs.durations)
+    return [_best_path(model, logs._replace(emissions=_emissions(model, weight)), *risen) for weight in weights]
 
 
-def _best_path(model: SemiMarkov, logs: _Logs) -> Path:
+def _best_path(model: SemiMarkov, logs: _Logs, risen: Int, n_risen: Int) -> Path:
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
     block = semi_kernels.BLOCK
@@ -276,13 +277,34 @@ def _best_path(model: SemiMarkov, logs: _Logs) -> Path:
     emitted = np.zeros(n_states)
     before = np.empty((n_states, n_frames), dtype=np.min_scalar_type(n_states))
     semi_kernels.best_scores(
-        logs.initial, logs.transitions, padded, logs.emissions, logs.observations, offer, emitted, before
+        logs.initial,
+        logs.transitions,
+        padded,
+        risen,
+        n_risen,
+        logs.emissions,
+        logs.observations,
+        offer,
+        emitted,
+        before,
     )
     starts, states = np.empty((2, n_frames), dtype=np.int64)
     score, n_phrases = semi_kernels.trace_back(logs.durations, logs.last, offer, emitted, before, starts, states)
     if n_phrases == 0:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     return _path(model, starts, states, n_phrases, score)
+
+
+def _risen(durations: Float) -> tuple[Int, Int]:
+    """Return the durations above the least of each state, and how many (see ``semi_kernels.best_scores``)."""
+    above = durations > durations.min(axis=1, keepdims=True)
+    number = above.sum(axis=1)
+    n_bins = durations.shape[1]
+    number[(number * semi_kernels.SPARSE > n_bins) | (n_bins < semi_kernels.BLOCK)] = -1
+    frames = np.zeros((len(durations), max(0, number.max())), dtype=np.int64)
+    for row, found, n in zip(frames, above, number, strict=True):
+        row[: max(0, n)] = np.flatnonzero(found)[: max(0, n)] + 1
+    return frames, number
 
 
 def sample(

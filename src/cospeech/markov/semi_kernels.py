@@ -10,6 +10,10 @@ it can reach, which are neighbours in memory and so become lanes, whereas a maxi
 frame does not vectorise. Offers are pushed BLOCK at a time, so that an end frame is read and written once a block.
 Of all frames the offers are kept and the state before them, one number and one byte for each state; of the sums only
 a window.
+
+Durations that were counted, and floored, are mostly one value, their least, but for a few bins that rise above it.
+Then what all bins are worth at the least is a maximum of offers alone, which blocks share, and only what rises is
+pushed.
 """
 
 from __future__ import annotations
@@ -28,6 +32,9 @@ BLOCK = 8
 
 SPAN = 1024
 """Frames after which the window of the end frames moves on; a multiple of ``BLOCK``."""
+
+SPARSE = 4
+"""Durations are sparse where less than one in so many rises above their least value."""
 
 STRAY = 200.0
 """How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
@@ -66,6 +73,54 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
 
 
 @njit
+def _push_risen(window: Any, offer: Any, durations: Any, risen: Any, first: int) -> None:
+    """Lay BLOCK offers, the first from frame ``first`` of ``window``, against the ends of the ``risen`` durations.
+
+    window : sums so far, updated. offer : (BLOCK,). durations : (>= D,). risen : in frames.
+    """
+    for k in risen:
+        lasting = durations[k - 1]
+        for b in range(BLOCK):
+            window[first + k + b] = max(window[first + k + b], offer[b] + lasting)
+
+
+@njit
+def _push_one(window: Any, offer: float, durations: Any, risen: Any, start: int, reach: int) -> None:
+    """Lay one offer, from frame ``start`` of ``window``, against the ends of ``risen`` durations below ``reach``."""
+    for k in risen:
+        if k >= reach:
+            break
+        window[start + k] = max(window[start + k], offer + durations[k - 1])
+
+
+@njit
+def _push_greatest(greatest: Any, offer: Any) -> None:
+    """Lay the greatest of BLOCK offers against the blocks of end frames that all of them can reach."""
+    best = offer[0]
+    for value in offer:
+        best = max(best, value)
+    for b in range(len(greatest)):
+        greatest[b] = max(greatest[b], best)
+
+
+@njit
+def _take_least(
+    window: Any, offer: Any, greatest: float, n_whole: int, n_bins: int, least: float, first: int
+) -> None:
+    """Lay what offers before the block are worth at the ``least`` duration against its end frames, (BLOCK,).
+
+    offer : (>= first,). greatest : the best of the ``n_whole`` blocks before, whose offers reach all these frames;
+        the others reach some.
+    """
+    s = max(0, first - n_whole * BLOCK)
+    for b in range(BLOCK - 1, -1, -1):
+        while s > max(0, first + b - n_bins):
+            s -= 1
+            greatest = max(greatest, offer[s])
+        window[b] = max(window[b], greatest + least)
+
+
+@njit
 def _slide(window: Float) -> None:
     """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
     kept = window.shape[1] - SPAN
@@ -80,6 +135,8 @@ def best_scores(
     initial: Float,
     transitions: Float,
     durations: Float,
+    risen: Int,
+    n_risen: Int,
     emissions: Float,
     observations: Int,
     offer: Float,
@@ -91,6 +148,8 @@ def best_scores(
     Parameters
     ----------
     initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
+    risen : (S, R) the durations, in frames, that are worth more than the least. n_risen : (S,) how many these are;
+        -1 where they are too many to be looked at one by one.
     emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
     offer : (S, T + BLOCK) of -inf; becomes the score of the best path with a phrase of j that starts at t, less the
         emissions of j up to t.
@@ -101,15 +160,24 @@ def best_scores(
     n_bins = durations.shape[1] - BLOCK
     # Best sums so far of the end frames from ``origin`` on: no other is asked for any more.
     ending, origin = np.full((n_states, SPAN + n_bins + BLOCK), -np.inf), 0
-    worth = np.empty(n_states)
+    worth, least, within = np.empty(n_states), np.empty(n_states), np.empty(n_states)
+    n_whole = max(0, n_bins - BLOCK + 1) // BLOCK
+    greatest = np.full((n_states, n_frames // BLOCK + 2 + n_whole), -np.inf)
+    for j in range(n_states):
+        least[j] = durations[j, :n_bins].min()
     for first in range(0, n_frames, BLOCK):
         if first - origin == SPAN:
             _slide(ending)
             origin += SPAN
         beyond = first + BLOCK
+        for j in range(n_states):
+            within[j] = -np.inf
+            if n_risen[j] >= 0:
+                ends = ending[j, first - origin : beyond - origin]
+                _take_least(ends, offer[j], greatest[j, first // BLOCK], n_whole, n_bins, least[j], first)
         for s in range(first, min(beyond, n_frames)):
             for j in range(n_states):
-                worth[j] = ending[j, s - origin] + emitted[j]
+                worth[j] = max(ending[j, s - origin], within[j] + least[j]) + emitted[j]
             for j in range(n_states):
                 best, last = initial[j] if s == 0 else -np.inf, 0
                 for i in range(n_states if s > 0 else 0):
@@ -118,11 +186,20 @@ def best_scores(
                 before[j, s] = last
                 start = offer[j, s] = best - emitted[j]
                 emitted[j] += emissions[j, observations[s]]
-                for t in range(s + 1, beyond):
-                    ending[j, t - origin] = max(ending[j, t - origin], start + durations[j, t - s - 1])
+                if n_risen[j] >= 0:
+                    within[j] = max(within[j], start)
+                    _push_one(ending[j], start, durations[j], risen[j, : n_risen[j]], s - origin, beyond - s)
+                else:
+                    for t in range(s + 1, beyond):
+                        ending[j, t - origin] = max(ending[j, t - origin], start + durations[j, t - s - 1])
         reach = beyond - origin
         for j in range(n_states):
-            _push(ending[j, reach : reach + n_bins], offer[j, first:beyond], durations[j], n_bins)
+            pushed = offer[j, first:beyond]
+            if n_risen[j] >= 0:
+                _push_greatest(greatest[j, beyond // BLOCK : beyond // BLOCK + n_whole], pushed)
+                _push_risen(ending[j], pushed, durations[j], risen[j, : n_risen[j]], first - origin)
+            else:
+                _push(ending[j, reach : reach + n_bins], pushed, durations[j], n_bins)
 
 
 @njit
