@@ -221,7 +221,7 @@ def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | No
 def _sum(one: Summed, other: Summed) -> Summed:
     """Add two tuples field by field."""
     pairs: list[tuple[Any, Any]] = list(zip(one, other, strict=True))
-    return one._make(a + b for a, b in pairs)
+    return type(one)(*(a + b for a, b in pairs))
 
 
 def _nothing(forms: Forms) -> Sums:
