@@ -28,7 +28,7 @@ def test_films_take_as_long_as_they_have_pixels():
 
 
 def test_a_sweep_takes_as_long_as_it_has_settings():
-    one, ten = (estimate.seconds({"sweep_clusters": 1}, DEMO, 0, n) - estimate.START_S for n in (1, 10))
+    one, ten = (estimate.seconds({"sweep_settings": 1}, DEMO, 0, n) - estimate.START_S for n in (1, 10))
     assert ten == pytest.approx(10 * one)
 
 

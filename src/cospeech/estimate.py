@@ -31,14 +31,13 @@ OWN_S = {"comparison": 0.33, "skeleton": 0.02}
 """Seconds for one second of a record, or of its video."""
 
 LEARNING_S = {
-    "sweep_clusters": 0.001,
-    "sweep_hsmm": 0.0006,
+    "sweep_settings": 0.0013,
     "prosody_clusters": 0.001,
     "gesture_fold": 0.005,
     "gesture_model": 0.005,
     "true_angles": 0.015,
 }
-"""Seconds for one second of all records of an actor, the rules of the sweep at each setting."""
+"""Seconds for one second of all records of an actor, that of the sweep at each setting."""
 
 
 def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int, n_settings: int) -> float:
@@ -61,7 +60,7 @@ def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int,
         own_s = min(record_s, longest_s) if rule == "comparison" else record_s
         each_s = START_S + OWN_S.get(rule, 0.0) * own_s
         each_s += PICTURE_S.get(rule, 0.0) * TAKE_S.get(rule, record_s) * pictures
-        each_s += LEARNING_S.get(rule, 0.0) * actor_s * (n_settings if rule.startswith("sweep") else 1)
+        each_s += LEARNING_S.get(rule, 0.0) * actor_s * (n_settings if rule == "sweep_settings" else 1)
         total_s += number * each_s
     return total_s
 

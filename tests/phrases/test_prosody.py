@@ -57,7 +57,7 @@ def clusters(spoken):
 
 def test_patterns_are_found_in_an_unseen_record(spoken, clusters):
     table, planted = spoken[3]
-    phrases = prosody.phrases(clusters.model, "r3", table, FRAME_S)
+    phrases = prosody.phrases(clusters.model, {"r3": table}, FRAME_S)
     segments.check(phrases, "r3")
     tables.validate(phrases, "segments", "r3")
     assert adjusted_mutual_info_score(planted, segments.to_labels(phrases)) > 0.5
@@ -66,7 +66,7 @@ def test_patterns_are_found_in_an_unseen_record(spoken, clusters):
 def test_names_go_by_intensity(spoken, clusters):
     assert clusters.model.labels == ("p1", "p2", "p3", "p4", "p5")
     table, _ = spoken[3]
-    labels = segments.to_labels(prosody.phrases(clusters.model, "r3", table, FRAME_S))
+    labels = segments.to_labels(prosody.phrases(clusters.model, {"r3": table}, FRAME_S))
     means = table["intensity"].groupby(labels).mean()
     assert means.sort_index().is_monotonic_increasing
     shuffled = clusters.model.hmm._make(values[[3, 1, 4, 0, 2]] for values in clusters.model.hmm)

@@ -41,7 +41,7 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
     [
         (
             "speech/prosody.py",
-            {"prosody", "prosody_clusters", "sweep_clusters", "systems", "motion", "record_scores", "page"},
+            {"prosody", "prosody_clusters", "sweep_settings", "systems", "motion", "record_scores", "page"},
             {
                 "studio_script",
                 "studio_take",
@@ -55,8 +55,16 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
         ),
         (
             "phrases/gesture.py",
-            {"gesture_model", "gesture_fold", "gesture_phrases", "systems", "record_scores", "page"},
-            {"studio_take", "record", "prosody", "prosody_clusters", "sweep_clusters"},
+            {
+                "gesture_model",
+                "gesture_fold",
+                "gesture_phrases",
+                "systems",
+                "sweep_settings",
+                "record_scores",
+                "page",
+            },
+            {"studio_take", "record", "prosody", "prosody_clusters"},
         ),
         (
             "evaluation/boundaries.py",
@@ -102,7 +110,7 @@ def test_a_changed_setting_reruns_only_its_readers(copy, tmp_path):
 
 def test_a_longer_sweep_leaves_the_main_setting_alone(copy, tmp_path):
     planned = copy.planned(config=config_with(tmp_path, sweep={"clusters": [4, 6, 8], "states": [3]}))
-    assert {"sweep_clusters", "sweep_hsmm", "record_scores"} <= planned
+    assert {"sweep_settings", "record_scores"} <= planned
     assert planned & {"prosody", "prosody_clusters", "systems", "motion", "comparison"} == set()
 
 

@@ -1,10 +1,10 @@
 # Gesture phrases from joint angles, and intonation phrases from prosody.
 
 
-def cluster_tables(settings):
-    """The named outputs of the prosody clusters of one fold at these settings."""
-    folders = [f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{fold}}" for setting in settings]
-    return {name: [f"{folder}/{name}.parquet" for folder in folders] for name in ("segments", "model", "fit")}
+def cluster_tables(setting):
+    """The named outputs of the prosody clusters of one fold at this setting."""
+    folder = f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{record}}"
+    return {name: f"{folder}/{name}.parquet" for name in ("segments", "model", "fit")}
 
 
 # A corpus of complete gesture segments brings these tables itself.
@@ -82,47 +82,41 @@ if "motion" in BRINGS:
             "../../scripts/phrases/gesture_fold.py"
 
 
+def records_of_fold(wildcards):
+    """All records of the actor of a fold, the one held out among them."""
+    return records_of(actor_of(wildcards.record))
+
+
+def prosody_of_fold(wildcards):
+    """The prosody of these records."""
+    return expand(f"{RESULTS}/speech/{{record}}/prosody.parquet", record=records_of_fold(wildcards))
+
+
+def training_of_fold(wildcards):
+    """The records whose prosody a fold learns from."""
+    strict = config["phrases"]["folds"] == "strict"
+    return others(wildcards.record) if strict else records_of_fold(wildcards)
+
+
 rule prosody_clusters:
     input:
-        prosody=lambda wildcards: expand(
-            f"{RESULTS}/speech/{{record}}/prosody.parquet",
-            record=records_of(actor_of(wildcards.fold)),
-        ),
+        prosody=prosody_of_fold,
     output:
-        **cluster_tables([MAIN]),
+        **cluster_tables(MAIN),
     log:
-        f"{RESULTS}/logs/prosody_clusters/{{fold}}.log",
+        f"{RESULTS}/logs/prosody_clusters/{{record}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/prosody_clusters/{{fold}}.tsv"
+        f"{RESULTS}/benchmarks/prosody_clusters/{{record}}.tsv"
     params:
-        records=lambda wildcards: records_of(actor_of(wildcards.fold)),
-        training=lambda wildcards: (
-            others(wildcards.fold)
-            if config["phrases"]["folds"] == "strict"
-            else records_of(actor_of(wildcards.fold))
-        ),
-        clusters=[tuple(MAIN)],
+        records=records_of_fold,
+        training=training_of_fold,
+        setting=tuple(MAIN),
         settings=config["phrases"]["prosody"],
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
         corpus=config["corpus"]["name"],
         code=code("phrases/prosody_clusters"),
     message:
-        "prosody clusters without {wildcards.fold}"
+        "prosody clusters without {wildcards.record}"
     script:
         "../../scripts/phrases/prosody_clusters.py"
-
-
-if SWEEP:
-
-    use rule prosody_clusters as sweep_clusters with:
-        output:
-            **cluster_tables(SWEEP),
-        log:
-            f"{RESULTS}/logs/sweep_clusters/{{fold}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/sweep_clusters/{{fold}}.tsv"
-        params:
-            clusters=[tuple(setting) for setting in SWEEP],
-        message:
-            "prosody clusters of the sweep without {wildcards.fold}"

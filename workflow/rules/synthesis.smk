@@ -36,10 +36,6 @@ def actor_of_fold(wildcards):
     return actor_of(wildcards.record)
 
 
-def records_of_fold(wildcards):
-    return records_of(actor_of(wildcards.record))
-
-
 # The HSMM in its forms, each under wrong speech too, what hears none, and what knows the truth: so small that they
 # share a process for each record.
 FORMS = ["hsmm", "hsmm_weighted", "hsmm_sampled"]
@@ -93,30 +89,35 @@ rule systems:
 
 if SWEEP:
 
-    # Printed and weighted decoding share the tables.
-    rule sweep_hsmm:
+    # One process for a fold: a setting is clustered, and what decodes the gestures goes on with it.
+    rule sweep_settings:
         input:
+            prosody=prosody_of_fold,
             gestures=training_gestures,
-            prosody=[fold_prosody(setting) for setting in SWEEP],
         output:
+            **{name: [cluster_tables(setting)[name] for setting in SWEEP] for name in cluster_tables(MAIN)},
             tables=[path for setting in SWEEP for path in tables_of_model("hsmm", setting)],
             phrases=[made_by("hsmm", "phrases", setting) for setting in SWEEP],
             decoding=[made_by("hsmm", "decoding", setting) for setting in SWEEP],
             weighted_phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
             weighted_decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
         log:
-            f"{RESULTS}/logs/sweep_hsmm/{{record}}.log",
+            f"{RESULTS}/logs/sweep_settings/{{record}}.log",
         benchmark:
-            f"{RESULTS}/benchmarks/sweep_hsmm/{{record}}.tsv"
+            f"{RESULTS}/benchmarks/sweep_settings/{{record}}.tsv"
         params:
-            clusters=[setting.clusters for setting in SWEEP],
+            records=records_of_fold,
+            training=training_of_fold,
+            sweep=[tuple(setting) for setting in SWEEP],
+            settings=config["phrases"]["prosody"],
             estimate=ESTIMATE,
             weights=config["synthesis"]["emission_weights"],
             censoring=config["synthesis"]["censoring"],
             frame_s=config["speech"]["frame_s"],
+            seed=config["seed"],
             corpus=config["corpus"]["name"],
-            code=code("synthesis/sweep_hsmm"),
+            code=code("synthesis/sweep_settings"),
         message:
-            f"phrases of {{wildcards.record}} by the HSMM, printed and weighted, at {len(SWEEP)} settings"
+            f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, HSMM, phrases"
         script:
-            "../../scripts/synthesis/sweep_hsmm.py"
+            "../../scripts/synthesis/sweep_settings.py"

@@ -76,9 +76,10 @@ def in_order(hmm: ParallelHMM) -> ParallelHMM:
     return ParallelHMM(*(values[order] for values in hmm))
 
 
-def phrases(model: Labelled, record: str, table: pd.DataFrame, frame_s: float) -> pd.DataFrame:
-    """Return the intonation phrases of a record at the prosody rate (schema ``segments``)."""
-    return models.phrases(model, record, table, 1.0 / frame_s)
+def phrases(model: Labelled, tables: dict[str, pd.DataFrame], frame_s: float) -> pd.DataFrame:
+    """Return the intonation phrases of records, by name, at the prosody rate (schema ``segments``)."""
+    found = [models.phrases(model, record, table, 1.0 / frame_s) for record, table in tables.items()]
+    return pd.concat(found, ignore_index=True)
 
 
 def summary(fit: pd.DataFrame) -> str:
