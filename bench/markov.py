@@ -18,12 +18,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numba
 import numpy as np
 import numpy.typing as npt
 from hmmlearn.hmm import GaussianHMM
 from threadpoolctl import threadpool_limits
 
+from cospeech.jit import njit
 from cospeech.markov import lanes, parallel
 from cospeech.markov.lanes import LANES
 from cospeech.markov.parallel import ParallelHMM
@@ -78,7 +78,7 @@ def dense(model: ParallelHMM) -> GaussianHMM:
     return peer
 
 
-@numba.njit(cache=True)
+@njit
 def multiply(numbers: npt.NDArray[np.float64], times: int) -> None:
     """Multiply and add six vectors at a time, which is enough to keep the processor's multipliers busy."""
     a, b, c = lanes.take(numbers, (0,)), lanes.take(numbers, (1,)), lanes.take(numbers, (2,))

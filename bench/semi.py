@@ -14,10 +14,10 @@ import time
 import tracemalloc
 from collections.abc import Callable
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.jit import njit
 from cospeech.markov import semi, semi_kernels
 from cospeech.markov.semi_kernels import BLOCK
 
@@ -26,7 +26,7 @@ LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frame
 GOAL = 2.0
 
 
-@numba.njit(cache=True)
+@njit
 def bare_lanes(offer, durations, ending):
     """Push known offers as ``best_scores`` does, and nothing else."""
     n_states, n_frames = ending.shape
@@ -37,7 +37,7 @@ def bare_lanes(offer, durations, ending):
             semi_kernels._push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
 
-@numba.njit(cache=True)
+@njit
 def bare_loop(offer, durations, ending):
     """For each end frame and state loop over the durations, as eq. 5.9 is written."""
     n_states, n_frames = ending.shape
