@@ -7,7 +7,6 @@ in any state. One pass through a branch is one segment. Densities are Gaussian w
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -146,14 +145,14 @@ def _in_lanes(packed: Packed) -> Packed:
 
 
 class Forms(NamedTuple):
-    """The parameters as both ways to expect take them: in lanes for scaled probabilities, and in logarithms.
+    """The parameters state by state, and in lanes for scaled probabilities.
 
     ``ceiling`` is a log2 density that no state exceeds: those of ``scaled`` are relative to it.
     """
 
     n_branches: int
+    packed: Packed
     scaled: Packed
-    exact: Packed
     ceiling: float
 
 
@@ -161,7 +160,7 @@ def _forms(model: ParallelHMM) -> Forms:
     packed = _packed(model)
     ceiling = float(packed.constant.max())
     relative = packed._replace(constant=packed.constant - ceiling)
-    return Forms(len(model.entry), _in_lanes(relative), _in_logs(packed, np.e), ceiling)
+    return Forms(len(model.entry), packed, _in_lanes(relative), ceiling)
 
 
 def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
@@ -249,7 +248,7 @@ def _counts(forms: Forms, sums: Sums) -> Counts:
 
 
 def _expect_exact(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
-    given = forms.exact
+    given = _in_logs(forms.packed, np.e)
     n_branches, n_states, n_features = forms.n_branches, len(given.stay), len(given.pivot)
     counts = (
         np.zeros(n_branches), np.zeros(n_states), np.zeros(n_states), np.zeros(n_states),
@@ -340,12 +339,9 @@ def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Pa
 def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArray[np.bool_]) -> Floats:
     """Return log P(segment | branch) of every segment of one sequence under every branch alone, shape (L, M)."""
     starts = np.append(np.flatnonzero(begins), len(frames))
-    n_branches, packed = len(model.entry), _in_logs(_packed(model), np.e)
-    found = [
-        parallel_exact.branch_likelihoods(frames[start:end], n_branches, *packed[1:])
-        for start, end in pairwise(starts)
-    ]
-    return np.array(found)
+    found = np.empty((len(starts) - 1, len(model.entry)))
+    parallel_exact.branch_likelihoods(frames, starts, *_in_logs(_packed(model), np.e)[1:], found)
+    return found
 
 
 def alpha(log_likelihood: float, n_frames: int) -> float:

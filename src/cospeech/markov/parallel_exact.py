@@ -8,10 +8,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from cospeech.jit import njit
 from cospeech.markov.parallel_density import BLOCK, Bool, Float
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
+
+Int = npt.NDArray[np.int64]
 
 IMPOSSIBLE = -math.inf
 LOG_2 = math.log(2.0)
@@ -174,28 +177,32 @@ def expect(
 @njit
 def branch_likelihoods(
     frames: Float,
-    n_branches: int,
+    starts: Int,
     stay: Float,
     leave: Float,
     weight: Float,
     shift: Float,
     constant: Float,
     pivot: Float,
-) -> Float:
-    """Return log P(frames | branch) of every branch alone, (M,): from its first state, ending in any."""
-    n_states = len(stay)
-    anything = np.ones(0, np.bool_)
-    alpha, density = np.full(n_states, IMPOSSIBLE), np.empty(n_states)
-    for t in range(len(frames)):
-        log_densities(frames[t], anything, weight, shift, constant, pivot, density)
-        for s in range(n_states - 1, -1, -1):
-            value = alpha[s] + stay[s]
-            if s >= n_branches:
-                value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
-            elif t == 0:
-                value = 0.0
-            alpha[s] = value + density[s]
-    result = np.empty(n_branches)
-    for m in range(n_branches):
-        result[m] = log_sum(alpha[m::n_branches], np.zeros(n_states // n_branches))
-    return result
+    found: Float,
+) -> None:
+    """Fill ``found`` (L, M) with log P(segment | branch) of every branch alone: from its first state, ending in any.
+
+    ``starts`` (L + 1,) is where the segments begin, and the last ends.
+    """
+    n_states, n_branches = len(stay), found.shape[1]
+    anything, ending = np.ones(0, np.bool_), np.zeros(n_states // n_branches)
+    alpha, density = np.empty(n_states), np.empty(n_states)
+    for i in range(len(found)):
+        alpha[:] = IMPOSSIBLE
+        for t in range(starts[i], starts[i + 1]):
+            log_densities(frames[t], anything, weight, shift, constant, pivot, density)
+            for s in range(n_states - 1, -1, -1):
+                value = alpha[s] + stay[s]
+                if s >= n_branches:
+                    value = log_add(value, alpha[s - n_branches] + leave[s - n_branches])
+                elif t == starts[i]:
+                    value = 0.0
+                alpha[s] = value + density[s]
+        for m in range(n_branches):
+            found[i, m] = log_sum(alpha[m::n_branches], ending)

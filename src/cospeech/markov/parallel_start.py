@@ -105,17 +105,17 @@ def _means(frames: Floats, cut: Ints, states: int) -> Floats:
 def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Ints:
     """Return the cluster of every point, (n,): Lloyd's algorithm from k-means++ seeds; no cluster stays empty."""
     centres = points[rng.integers(len(points))][None]
-    nearest = _squared_distances(points, centres)[:, 0]
+    nearest = ((points - centres[0]) ** 2).sum(axis=1)
     while len(centres) < n_clusters:
         # Points that coincide with a centre have no weight; where all do, any point will serve.
         weights = nearest / nearest.sum() if nearest.sum() > 0 else None
         centres = np.vstack([centres, points[rng.choice(len(points), p=weights)]])
-        nearest = np.minimum(nearest, _squared_distances(points, centres[-1:])[:, 0])
+        nearest = np.minimum(nearest, ((points - centres[-1]) ** 2).sum(axis=1))
     labels = np.full(len(points), -1)
     for _ in range(rounds):
-        distances = _squared_distances(points, centres)
-        found = distances.argmin(axis=1)
-        own = distances[np.arange(len(points)), found]
+        # The square of a point is in all its distances: they are told apart without it.
+        found = ((centres**2).sum(axis=1) - 2.0 * points @ centres.T).argmin(axis=1)
+        own = ((points - centres[found]) ** 2).sum(axis=1)
         for empty in np.setdiff1d(np.arange(n_clusters), found):
             # An empty cluster takes the point that lies farthest from its centre in a cluster of several.
             crowded = np.bincount(found, minlength=n_clusters)[found] > 1
@@ -126,7 +126,3 @@ def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: i
         labels = found
         centres = np.array([points[labels == k].mean(axis=0) for k in range(n_clusters)])
     return labels.astype(np.int64)
-
-
-def _squared_distances(points: Floats, centres: Floats) -> Floats:
-    return ((points[:, None, :] - centres[None, :, :]) ** 2).sum(axis=2)
