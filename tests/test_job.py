@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 
-from cospeech import job
+from cospeech import job, segments
 
 PROGRAM = """
 from types import SimpleNamespace
@@ -61,3 +63,21 @@ def test_success_is_silent(tmp_path):
 @pytest.mark.parametrize(("other", "same"), [({"a": 1, "code": "2"}, True), ({"a": 2, "code": "1"}, False)])
 def test_settings_hash_is_of_settings_not_of_code(other, same):
     assert (job.settings_hash({"a": 1, "code": "1"}) == job.settings_hash(other)) is same
+
+
+def test_several_tables_are_read_and_written_as_one(tmp_path):
+    class Params(dict):
+        pass
+
+    work = job.Job(
+        SimpleNamespace(
+            input=None, output=None, wildcards=None, rule="any", params=Params(corpus="virtual", code="x")
+        )
+    )
+    parts = [segments.from_starts(record, [0, 3], ["rest", "open"], 7, 20.0) for record in ("a", "b")]
+    whole, first = str(tmp_path / "whole.parquet"), str(tmp_path / "first.parquet")
+    work.write(parts, whole, "segments")
+    work.write(parts[0], first, "segments")
+    pd.testing.assert_frame_equal(work.read(whole, "segments"), pd.concat(parts, ignore_index=True))
+    assert work.read([first, whole], "segments")["record"].tolist() == ["a", "a", "a", "a", "b", "b"]
+    assert work.read([first], "segments").index.tolist() == [0, 1]

@@ -2,13 +2,11 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from cospeech import canvas, job
 from cospeech.animation import stills
 
 with job.run(snakemake) as work:
-    phrases = pd.concat([work.read(path, "segments") for path in work.input.phrases], ignore_index=True)
+    phrases = work.read(work.input.phrases, "segments")
     motions = {
         record: work.read(path, "motion")
         for record, path in zip(work.params["records"], work.input.motions, strict=True)

@@ -1,7 +1,5 @@
 """The corners of the board in every view of the calibration take."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.capture import board, footage
 
@@ -13,4 +11,4 @@ with job.run(snakemake) as work:
     for film in films:
         views.append(board.sightings(declared, film.path.stem, footage.brightness(film)))
         work.say(f"{film.path.stem}: the board in {views[-1]['frame'].nunique()} of {film.n_frames} frames")
-    work.write(pd.concat(views, ignore_index=True), work.output.corners, "corners")
+    work.write(views, work.output.corners, "corners")

@@ -1,7 +1,5 @@
 """The laser spot in every view of the calibration take."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.capture import footage, laser
 
@@ -13,4 +11,4 @@ with job.run(snakemake) as work:
         pictures = (pictures[0] for pictures in footage.read([film], film.n_frames))
         views.append(laser.sightings(film.path.stem, pictures, film.size_px[0]))
         work.say(f"{film.path.stem}: the spot in {len(views[-1])} of {film.n_frames} frames")
-    work.write(pd.concat(views, ignore_index=True), work.output.laser, "laser")
+    work.write(views, work.output.laser, "laser")

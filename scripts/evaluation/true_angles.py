@@ -15,7 +15,7 @@ with job.run(snakemake) as work:
     motions = {
         record: work.read(path, "motion") for record, path in zip(given["records"], work.input.motion, strict=True)
     }
-    examples = pd.concat([work.read(path, "annotations") for path in work.input.annotations])
+    examples = work.read(work.input.annotations, "annotations")
 
     def phrases(others):
         """The gesture phrases of some records, by a model that saw these records only."""

@@ -1,7 +1,5 @@
 """The gesture phrase model of one actor, trained on all of the actor's records."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.phrases import gesture, model
 
@@ -9,7 +7,7 @@ with job.run(snakemake) as work:
     records = work.params["records"]
     training = gesture.train(
         {record: work.read(path, "motion") for record, path in zip(records, work.input.motion, strict=True)},
-        pd.concat([work.read(path, "annotations") for path in work.input.annotations]),
+        work.read(work.input.annotations, "annotations"),
         work.params["settings"],
     )
     for note in training.notes:

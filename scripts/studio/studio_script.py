@@ -19,6 +19,6 @@ with job.run(snakemake) as work:
         annotations.append(script.examples(gestures[-1], work.params["examples"], draw))
     for name, table in cast.tables(members, coupling, frame_s).items():
         work.write(table, work.output[name], name)
-    work.write(pd.concat(gestures, ignore_index=True), work.output.gesture_phrases, "segments")
-    work.write(pd.concat(prosody, ignore_index=True), work.output.prosody_phrases, "segments")
-    work.write(pd.concat(annotations, ignore_index=True), work.output.annotations, "annotations")
+    work.write(gestures, work.output.gesture_phrases, "segments")
+    work.write(prosody, work.output.prosody_phrases, "segments")
+    work.write(annotations, work.output.annotations, "annotations")

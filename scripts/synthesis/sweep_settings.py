@@ -1,7 +1,5 @@
 """One fold at each setting of the sweep: its prosody clusters, its HSMM, and its phrases, printed and weighted."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.markov import semi
 from cospeech.phrases import model, prosody
@@ -14,7 +12,7 @@ with job.run(snakemake) as work:
     records = work.params["records"]
     tables = {name: work.read(path, "prosody") for name, path in zip(records, work.input.prosody, strict=True)}
     training = [tables[name] for name in work.params["training"]]
-    gestures = pd.concat([work.read(path, "segments") for path in work.input.gestures])
+    gestures = work.read(work.input.gestures, "segments")
     for place, (clusters, states) in enumerate(work.followed(work.params["sweep"], "settings")):
         found = prosody.train(training, clusters, states, work.params["settings"], work.params["seed"])
         segments = prosody.phrases(found.model, tables, frame_s)

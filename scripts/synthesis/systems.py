@@ -1,7 +1,5 @@
 """The phrases of one fold by many systems: the HSMM in its forms, all that hears wrong speech or none, ceilings."""
 
-import pandas as pd
-
 from cospeech import job
 from cospeech.markov import semi
 from cospeech.synthesis import (
@@ -24,7 +22,7 @@ with job.run(snakemake) as work:
     record, frame_s, seed = work.wildcards.record, work.params["frame_s"], work.params["seed"]
     censoring, weights, shift_s = work.params["censoring"], work.params["weights"], work.params["shift_s"]
     how = hsmm.Estimate(**work.params["estimate"])
-    gestures = pd.concat([work.read(path, "segments") for path in work.input.gestures])
+    gestures = work.read(work.input.gestures, "segments")
     prosody = work.read(work.input.prosody, "segments")
     labels = frame_labels(prosody)
     known, own = fold(record, gestures, prosody, frame_s), heard(labels, record, frame_s)

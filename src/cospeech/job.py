@@ -13,10 +13,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-import pandas as pd
+gc.disable()  # to look through what is imported for garbage, again and again, takes 0.1 s of every job
 
-from cospeech import progress, tables
-from cospeech.errors import UserError
+import pandas as pd  # noqa: E402
+
+from cospeech import progress, tables  # noqa: E402
+from cospeech.errors import UserError  # noqa: E402
+
+gc.freeze()
+gc.enable()
 
 log = logging.getLogger("cospeech")
 
@@ -41,13 +46,16 @@ class Job:
         self.rule: str = snakemake.rule
         self.config_hash = settings_hash(self.params)
 
-    def read(self, path: str, schema: str, columns: list[str] | None = None) -> pd.DataFrame:
-        """Read one table (see ``tables.read``)."""
-        return tables.read(path, schema, columns)
+    def read(self, path: str | Sequence[str], schema: str, columns: list[str] | None = None) -> pd.DataFrame:
+        """Read one table (see ``tables.read``), or several, one below the other."""
+        if isinstance(path, str):
+            return tables.read(path, schema, columns)
+        return pd.concat([tables.read(one, schema, columns) for one in path], ignore_index=True)
 
-    def write(self, frame: pd.DataFrame, path: str, schema: str) -> None:
-        """Write one table with the origin of this job in its metadata (see ``tables.write``)."""
-        tables.write(frame, path, schema, corpus=self.corpus, config_hash=self.config_hash)
+    def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
+        """Write one table, or several one below the other, with the origin of this job (see ``tables.write``)."""
+        whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
+        tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
 
     def say(self, message: str) -> None:
         """Put one line into the log of this job."""
@@ -72,7 +80,7 @@ def run(snakemake: Any) -> Iterator[Job]:
     A UserError ends the process with its one line on stderr and in the log, and exit status 1; any other exception
     leaves its traceback in the log, and one line on stderr says where.
     """
-    gc.freeze()  # what was imported stays: to look through it again for garbage, and at the end, takes 0.3 s of a job
+    gc.freeze()  # what was imported stays: to look through it again, and at the end, takes 0.3 s of a job
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(path, mode="w", encoding="utf-8")
