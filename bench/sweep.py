@@ -13,11 +13,12 @@ import os
 import time
 
 import numpy as np
-from markov import dense, one_iteration
+from markov import FLOOR, dense
 from runs import RUN, snakemake
 from runs import folder as bench_folder
 
 from cospeech import tables
+from cospeech.markov import parallel
 from cospeech.phrases import model, prosody
 
 CLUSTERS, STATES = range(4, 17, 2), (3, 5, 7, 9)
@@ -50,9 +51,9 @@ def main() -> None:
             begun_s = time.process_time()
             peer.fit(frames, lengths)
             theirs_s += iterations * (time.process_time() - begun_s)
-            one_iteration(known, frames)  # compiled
+            parallel.expect(known, sequences)  # compiled
             begun_s = time.process_time()
-            one_iteration(known, frames)
+            parallel.maximise(known, parallel.expect(known, sequences), FLOOR)
             kernel_s += iterations * (time.process_time() - begun_s)
     print(f"load of the machine before the sweep: {load_before:.1f} on {os.cpu_count()} cores")
     print(
