@@ -68,7 +68,7 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
         ),
         (
             "evaluation/boundaries.py",
-            {"record_scores", "session_scores", "differences", "leaderboard", "page"},
+            {"record_scores", "session_scores", "leaderboard", "page"},
             {"prosody_clusters", "systems", "motion", "comparison", "motion_statistics"},
         ),
         (

@@ -48,41 +48,22 @@ rule session_scores:
         scores=rules.record_scores.output.scores,
     output:
         scores=f"{RESULTS}/evaluation/session_scores.parquet",
+        differences=f"{RESULTS}/evaluation/differences.parquet",
     log:
         f"{RESULTS}/logs/session_scores.log",
     benchmark:
         f"{RESULTS}/benchmarks/session_scores.tsv"
-    params:
-        bootstrap=config["evaluation"]["bootstrap"],
-        seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("evaluation/session_scores"),
-    message:
-        "scores of synthesis sessions"
-    script:
-        "../../scripts/evaluation/session_scores.py"
-
-
-rule differences:
-    input:
-        scores=rules.record_scores.output.scores,
-    output:
-        differences=f"{RESULTS}/evaluation/differences.parquet",
-    log:
-        f"{RESULTS}/logs/differences.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/differences.tsv"
     params:
         clusters=MAIN.clusters,
         states=MAIN.states,
         bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
         corpus=config["corpus"]["name"],
-        code=code("evaluation/differences"),
+        code=code("evaluation/session_scores"),
     message:
-        "differences between systems"
+        "scores of synthesis sessions, and differences between systems"
     script:
-        "../../scripts/evaluation/differences.py"
+        "../../scripts/evaluation/session_scores.py"
 
 
 if "motion" in BRINGS:

@@ -136,7 +136,7 @@ rule leaderboard:
 
 rule fig_differences:
     input:
-        differences=rules.differences.output.differences,
+        differences=rules.session_scores.output.differences,
     output:
         **drawn("fig-differences", "Scores"),
         table=f"{REPORTS}/tables/fig-differences.csv",
@@ -430,7 +430,7 @@ rule page:
         records=f"{RESULTS}/corpus/records.parquet",
         annotations=f"{RESULTS}/corpus/annotations.parquet",
         scores=rules.session_scores.output.scores,
-        differences=rules.differences.output.differences,
+        differences=rules.session_scores.output.differences,
         statistics=[rules.motion_statistics.output.statistics] if MOVING else [],
         cameras=[rules.calibrate.output.cameras] if VIRTUAL and FILMED else [],
         videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
