@@ -39,7 +39,8 @@ def _advance(
 ) -> float:  # fmt: skip
     """Take ``score`` and ``since`` (V, LANES) through a block of n frames; on a tie a path stays where it is.
 
-    Fills ``exits`` (T,) with the branch that is best left after each frame, and when it was entered.
+    Fills ``exits`` (n,) with where the path came from that is best left after each frame: the frame in which it
+    entered its branch, times the number of lanes, plus its branch. ``since`` holds this of the paths to all states.
 
     Parameters
     ----------
@@ -50,8 +51,9 @@ def _advance(
     What the one behind it is worth.
     """
     n_vectors, n_groups = len(stay), len(entry)
-    leaving = np.empty((n_groups, LANES))
-    last = since[n_vectors - n_groups :]
+    n_lanes = n_groups * LANES
+    leaving, numbers = np.empty((n_groups, LANES)), np.arange(n_lanes * 1.0).reshape(n_groups, LANES)
+    last = since[n_vectors - n_groups :].reshape(-1)
     for k in range(n):
         t = start + k
         cut = cuts[t] if len(cuts) > 0 and t > 0 else FREE
@@ -72,13 +74,12 @@ def _advance(
                 here, own = earlier, entered
             kept, moved = here + take(stay, (g,)), node + take(entry, (g,))
             put(score, (g,), greater(moved, kept) + take(density, (k, g)))
-            put(since, (g,), where_greater(moved, kept, each(float(t)), own))
+            put(since, (g,), where_greater(moved, kept, take(numbers, (g,)) + float(t * n_lanes), own))
             value = take(score, (end,)) + take(leave, (end,))
             put(leaving, (g,), value)
             best = greater(value, best)
         node = greatest(best)
-        left = _place(leaving, node)
-        exits[t] = int(last[left // LANES, left % LANES]) * (n_groups * LANES) + left
+        exits[k] = int(last[_place(leaving, node)])
     return node
 
 
@@ -89,7 +90,7 @@ def decode(
 ) -> float:  # fmt: skip
     """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score.
 
-    Until the path is read back, ``branch`` keeps of each frame the best branch to leave, and when it was entered.
+    Until the path is read back, ``branch`` keeps the exits (see ``_advance``).
     """
     n_frames, n_lanes = len(frames), entry.size
     block, density = np.zeros((BLOCK, len(pivot))), np.empty((BLOCK, *stay.shape))
@@ -99,16 +100,16 @@ def decode(
         n = load(frames, start, pivot, block)
         log_densities(n, block, weight, shift, constant, density)
         bar(start, n, allowed, density, IMPOSSIBLE)
-        node = _advance(start, n, cuts, density, entry, stay, leave, node, score, since, branch)
+        node = _advance(start, n, cuts, density, entry, stay, leave, node, score, since, branch[start : start + n])
     highest = score.max()
-    final = _place(score, highest)
     begins[:] = False
-    end, m, start = n_frames, final % n_lanes, int(since[final // LANES, final % LANES])
+    end, last = n_frames, int(since.reshape(-1)[_place(score, highest)])
     while highest > IMPOSSIBLE:
-        left = branch[start - 1]
+        start, m = last // n_lanes, last % n_lanes
+        last = branch[start - 1]
         branch[start:end] = m
         begins[start] = True
         if start == 0:
             break
-        end, m, start = start, left % n_lanes, left // n_lanes
+        end = start
     return highest
