@@ -33,10 +33,10 @@ FEATURES = 6
 SETTINGS = ((8, 3), (16, 9))
 LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frames a second
 FLOOR = np.full(FEATURES, 1e-3)
-DENSITY_PRODUCTS = 2 * FEATURES + 14
-EM_PRODUCTS = 2 * 3 + 5 + 2 * FEATURES
-"""Multiplications a frame and state: of a density and its exponential, once in kept blocks and twice before them;
-and of what remains: the forward pass, twice, the backward pass and the sums."""
+FORWARD_PRODUCTS = 2 * FEATURES + 14 + 3
+EM_PRODUCTS = 5 + 2 * FEATURES
+"""Multiplications a frame and state: of a density, its exponential and the forward pass, once in kept blocks and
+twice before them; and of what remains: the backward pass and the sums."""
 VITERBI_PRODUCTS = 2 * FEATURES
 
 
@@ -162,8 +162,9 @@ def compare(start: ParallelHMM, frames: npt.NDArray[np.float64]) -> None:
     if abs(score - theirs) > 1e-9 * abs(theirs):
         sys.exit(f"the log-likelihoods differ: {score} and {theirs}")
     best, median = ({name: of(taken) for name, taken in times.items()} for of in (min, np.median))
-    product = best["multiply"] / products * n_frames * states * -(-branches // LANES) * LANES
-    em_products = EM_PRODUCTS + (1.0 + max(0.0, 1.0 - BLOCK * KEPT / n_frames)) * DENSITY_PRODUCTS
+    n_vectors = states * -(-branches // LANES)
+    product = best["multiply"] / products * n_frames * n_vectors * LANES
+    em_products = EM_PRODUCTS + (1.0 + max(0.0, 1.0 - BLOCK * (KEPT // n_vectors) / n_frames)) * FORWARD_PRODUCTS
     print(
         f"{branches:3d} x {states} {n_frames:8d} "
         f"{best['em']:9.2f} {best['peer_em']:10.1f} {best['peer_em'] / best['em']:6.0f}x "

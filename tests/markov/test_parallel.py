@@ -105,8 +105,8 @@ def test_equals_hmmlearn(branches, states):
 
 def test_counts_of_a_sequence_longer_than_what_is_kept_equal_the_exact_ones():
     rng = np.random.default_rng(5)
-    model = random_model(rng, 3, 2, 2)
-    frames = sample(model, (KEPT + 2) * BLOCK + 5, rng)[0]
+    model = random_model(rng, 3, 9, 2)  # nine vectors
+    frames = sample(model, (KEPT // 9 + 2) * BLOCK + 5, rng)[0]
     (scaled, counts), (exact, true) = (
         counts_of(expect, model, frames, None) for expect in (parallel._expect_scaled, parallel._expect_exact)
     )

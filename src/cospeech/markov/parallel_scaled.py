@@ -1,14 +1,13 @@
 """Compiled expectation of the parallel HMM with scaled probabilities: fast, and sure of its result or it says so.
 
-Probabilities relative to a frame's most likely state may become too small for a double. Going forward such a one is
-rounded down to nothing, going backward up to ``TINY``: the two passes bound the likelihood from below and from above.
-Where both ends meet, nothing was lost; where not, ``UNSURE`` is returned and the logarithms of ``parallel_exact``
-have to do it.
+Probabilities relative to the greatest density of the model may become too small for a double. Going forward such a
+one is rounded down to nothing, going backward up to ``TINY``: the two passes bound the likelihood from below and from
+above. Where both ends meet, nothing was lost; where not, ``UNSURE`` is returned and the logarithms of
+``parallel_exact`` have to do it.
 
-States lie in vectors as in ``parallel_density``: branches begin in the first place and end in the last, and
-what leaves a place enters the next. Memory hardly grows with the length of a sequence: the forward
-pass keeps one frame in ``BLOCK``, and each block is computed anew when the backward pass arrives there, but for the
-densities of the last ``KEPT`` blocks.
+States lie in vectors as in ``parallel_density``: branches begin in the first place and end in the last, and what
+leaves a place enters the next. Memory hardly grows with the length of a sequence: the forward pass keeps one frame in
+``BLOCK``, and each block is computed anew when the backward pass arrives there, but for the last (see ``KEPT``).
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from cospeech.markov.parallel_density import ABREAST, BLOCK, Bool, Float, bar, c
 NOTHING = BLOCK + 1
 """The row of a block's forward probabilities that is always 0."""
 
-KEPT = 32
-"""Blocks whose densities are kept for the backward pass: all of a record of a minute or two, and still in a cache."""
+KEPT = 576
+"""Vectors of states in all the blocks of which densities and forward probabilities are kept: 10 MB."""
 
 FREE, MUST, NEVER = 0, 1, 2
 """A frame's cut: a segment may begin here, must begin here, or must not."""
@@ -175,7 +174,7 @@ def expect(
     n_vectors = len(stay)
     n_blocks = (n_frames + BLOCK - 1) // BLOCK
     block = np.zeros((BLOCK, n_features))
-    n_kept = min(n_blocks, KEPT)
+    n_kept = min(n_blocks, max(1, KEPT // n_vectors))
     first_kept = n_blocks - n_kept  # with the place of its own for each block from here on; those before share it
     # One array of what is large: the system takes back several after each sequence, and hands them out page by page.
     room, n_densities = np.empty(n_kept * (BLOCK + NOTHING + 1) * stay.size), n_kept * BLOCK * stay.size
