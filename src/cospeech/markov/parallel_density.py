@@ -43,9 +43,7 @@ def scale(states: Float, factor: float) -> None:
 def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
     """Fill ``block`` (BLOCK, D) with the frames from ``start`` less ``pivot``, 0 after the last; return how many."""
     n = min(BLOCK, len(frames) - start)
-    loaded = frames[
-        start : start + n
-    ]  # its rows count from 0, which spares each a look whether it counts from the end
+    loaded = frames[start : start + n]  # rows from 0 on: none of them can be meant to count from the end
     for k in range(n):
         for d in range(len(pivot)):
             block[k, d] = loaded[k, d] - pivot[d]
