@@ -8,8 +8,9 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from cospeech import alone, closure, estimate, progress
-from cospeech import config as configuration
+from cospeech.kernels import code_hash
+from cospeech.workflow import progress, run_lock, time_estimate
+from cospeech.workflow import config as configuration
 from cospeech.errors import UserError
 from cospeech.synthesis import systems
 
@@ -74,9 +75,9 @@ if RECORDS:
     include: "workflow/rules/capture.smk"
     include: "workflow/rules/corpus.smk"
     include: "workflow/rules/speech.smk"
-    include: "workflow/rules/phrases.smk"
+    include: "workflow/rules/segmentation.smk"
     include: "workflow/rules/synthesis.smk"
-    include: "workflow/rules/animation.smk"
+    include: "workflow/rules/rendering.smk"
     include: "workflow/rules/evaluation.smk"
     include: "workflow/rules/report.smk"
     include: "workflow/rules/report_capture.smk"
@@ -145,7 +146,7 @@ STARTED = time.time()
 
 onstart:
     try:
-        alone.hold(Path(RESULTS, ".lock"))
+        run_lock.hold(Path(RESULTS, ".lock"))
     except UserError as error:
         raise WorkflowError(str(error)) from None
     if not workflow.non_local_exec:
@@ -154,15 +155,15 @@ onstart:
         workflow.scheduler.job_rate_limiter = None
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
-        told = estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
+        told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
         progress.tell(f"cospeech: {told}")
 
 
 onsuccess:
     if RECORDS:
-        from cospeech.report import seconds  # not above: pandas would cost every start half a second
+        from cospeech.report import timings  # not above: pandas would cost every start half a second
 
-        seconds.save(
+        timings.save(
             Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
         )
         print(f"cospeech: done; the report is {REPORTS}/index.html")

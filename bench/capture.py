@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cospeech.capture import follow, footage, sights
-from cospeech.capture.camera import Camera
+from cospeech.capture.tracking import detections, footage, track
+from cospeech.geometry.camera import Camera
 from cospeech.studio import dress, film, range_of_motion, rig, stage
 
 SEED, ACTOR = 1, "ada"
@@ -61,7 +61,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     cameras = rig.cameras(width_px, SEED)
     limbs, markers = scene(n_frames)
     films = shoot(folder, cameras, 4)
-    follow.follow(films, cameras, "robust", 4, where="bench")  # compiled
+    track.follow(films, cameras, "robust", 4, where="bench")  # compiled
     pictures = [planes.copy() for planes, _ in film.frames(cameras[2], limbs[:40], markers[:40], SEED)]
     encoding = min(timed(lambda: film.encode(folder / "c.mkv", pictures, rig.FPS)) for _ in range(3)) / len(pictures)
     shots = film.frames(cameras[2], limbs, markers, SEED)
@@ -70,7 +70,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     passes = [
         (
             timed(lambda: exhaust(footage.read(films, n_frames))),
-            timed(lambda: follow.follow(films, cameras, "robust", n_frames, where="bench")),
+            timed(lambda: track.follow(films, cameras, "robust", n_frames, where="bench")),
         )
         for _ in range(3)
     ]
@@ -88,9 +88,9 @@ def memory(seconds: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         films = shoot(Path(folder), cameras, n_frames)
         filming = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        found = follow.follow(films, cameras, "robust", n_frames, where="bench")
-        world = sights.world_table(found, rig.FPS, 0.5)
-        sights.view_table(found, world, cameras)
+        found = track.follow(films, cameras, "robust", n_frames, where="bench")
+        world = detections.world_table(found, rig.FPS, 0.5)
+        detections.view_table(found, world, cameras)
         tracking = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(f"{seconds:>8} {filming / 1024:>14.0f} {tracking / 1024:>14.0f}")
 

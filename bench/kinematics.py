@@ -11,9 +11,9 @@ import time
 import numpy as np
 from scipy.optimize import least_squares
 
-from cospeech import markers, skeleton
-from cospeech.capture import inverse_kinematics as ik
-from cospeech.capture.body_model import KINDS, MARKER_PART, NAMES, PARENTS, TOLERANCES_M, BodyModel
+from cospeech.capture.fitting import inverse_kinematics as ik
+from cospeech.capture.fitting.body_model import KINDS, MARKER_PART, NAMES, PARENTS, TOLERANCES_M, BodyModel
+from cospeech.motion import markers, skeleton
 
 FRAMES, SCIPY_FRAMES, GOAL = 6_000, 100, 5_000
 

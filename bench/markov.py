@@ -23,7 +23,7 @@ import numpy.typing as npt
 from hmmlearn.hmm import GaussianHMM
 from threadpoolctl import threadpool_limits
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 from cospeech.markov import lanes, parallel
 from cospeech.markov.lanes import LANES
 from cospeech.markov.parallel import ParallelHMM

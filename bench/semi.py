@@ -17,9 +17,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
-from cospeech.markov import semi, semi_kernels
-from cospeech.markov.semi_kernels import BLOCK
+from cospeech.kernels.jit import njit
+from cospeech.markov import hsmm, hsmm_kernels
+from cospeech.markov.hsmm_kernels import BLOCK
 
 STATES, BINS, SYMBOLS = 7, 400, 8
 LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frames a second
@@ -34,7 +34,7 @@ def bare_lanes(offer, durations, ending):
     for first in range(0, n_frames - n_bins - 2 * BLOCK, BLOCK):
         beyond = first + BLOCK
         for j in range(n_states):
-            semi_kernels._push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
+            hsmm_kernels._push(ending[j, beyond : beyond + n_bins], offer[j, first:beyond], durations[j], n_bins)
 
 
 @njit
@@ -60,9 +60,9 @@ def best_of(task: Callable[[], object], runs: int) -> float:
     return 1000 * min(times)
 
 
-def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> semi.SemiMarkov:
+def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> hsmm.SemiMarkov:
     """Return a model with these durations (S, D), floored."""
-    drawn = semi.SemiMarkov(
+    drawn = hsmm.SemiMarkov(
         states=tuple(f"g{i}" for i in range(1, STATES + 1)),
         symbols=tuple(f"p{k}" for k in range(1, SYMBOLS + 1)),
         initial=rng.dirichlet(np.ones(STATES)),
@@ -70,15 +70,15 @@ def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> semi.
         emissions=rng.dirichlet(np.ones(SYMBOLS), STATES),
         durations=durations,
     )
-    return semi.floored(drawn, 1e-6)
+    return hsmm.floored(drawn, 1e-6)
 
 
-def compare(kind: str, planted: semi.SemiMarkov, n_frames: int, rng: np.random.Generator) -> None:
+def compare(kind: str, planted: hsmm.SemiMarkov, n_frames: int, rng: np.random.Generator) -> None:
     """Time all ways on a record of so many frames and print the line."""
     held = rng.integers(16, 61, size=n_frames // 16)
     symbols = np.repeat(rng.integers(SYMBOLS, size=len(held)), held)[:n_frames]
     observed = np.array(planted.symbols, dtype=object)[symbols]
-    logs = semi._logs(planted, observed, 0.25, "none")
+    logs = hsmm._logs(planted, observed, 0.25, "none")
     padded = np.full((STATES, BINS + BLOCK), -np.inf)
     padded[:, :BINS] = logs.durations
     offer = rng.normal(size=(STATES, n_frames + BLOCK))
@@ -86,8 +86,8 @@ def compare(kind: str, planted: semi.SemiMarkov, n_frames: int, rng: np.random.G
     tasks: dict[str, Callable[[], object]] = {
         "lanes": lambda offer=offer, padded=padded, ending=ending: bare_lanes(offer, padded, ending),
         "loop": lambda offer=offer, padded=padded, ending=ending: bare_loop(offer, padded, ending),
-        "decode": lambda observed=observed: semi.decode(planted, observed, 0.25),
-        "sample": lambda observed=observed: semi.sample(planted, observed, np.random.default_rng(1), 0.25),
+        "decode": lambda observed=observed: hsmm.decode(planted, observed, 0.25),
+        "sample": lambda observed=observed: hsmm.sample(planted, observed, np.random.default_rng(1), 0.25),
     }
     for task in tasks.values():
         task()  # compile, or load what was compiled

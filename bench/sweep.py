@@ -17,9 +17,9 @@ from markov import FLOOR, dense
 from runs import RUN, snakemake
 from runs import folder as bench_folder
 
-from cospeech import tables
+from cospeech.data import tables
 from cospeech.markov import parallel
-from cospeech.phrases import model, prosody
+from cospeech.segmentation import labelled_hmm, prosody
 
 CLUSTERS, STATES = range(4, 17, 2), (3, 5, 7, 9)
 ACTORS, RECORDS = ("ada", "deniz"), 4
@@ -38,7 +38,7 @@ def main() -> None:
     ours = snakemake(folder, f"results/{RUN}/evaluation/session_scores.parquet")
 
     training = [tables.read(results / f"speech/{record}/prosody.parquet", "prosody") for record in FOLDS[1:RECORDS]]
-    sequences = [model.frames_of(table, prosody.FEATURES) for table in training]
+    sequences = [labelled_hmm.frames_of(table, prosody.FEATURES) for table in training]
     frames, lengths = np.concatenate(sequences), [len(sequence) for sequence in sequences]
     theirs_s = kernel_s = 0.0
     for clusters in CLUSTERS:
@@ -46,7 +46,7 @@ def main() -> None:
             place = results / f"phrases/prosody/clusters~{clusters}/states~{states}"
             fits = [tables.read(place / f"fold~{fold}/fit.parquet", "hmm_fit") for fold in FOLDS]
             iterations = sum(int((fit["iteration"] > 0).sum()) for fit in fits)
-            known = model.from_table(tables.read(place / f"fold~{FOLDS[0]}/model.parquet", "hmm_model")).hmm
+            known = labelled_hmm.from_table(tables.read(place / f"fold~{FOLDS[0]}/model.parquet", "hmm_model")).hmm
             peer = dense(known)
             begun_s = time.process_time()
             peer.fit(frames, lengths)

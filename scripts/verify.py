@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from cospeech import job, verify
 from cospeech.errors import UserError
+from cospeech.workflow import job, verify
 
 with job.run(snakemake) as work:
     folder = Path("results", work.params["run"])

@@ -2,32 +2,33 @@
 
 import numpy as np
 
-from cospeech import job, tables
-from cospeech.capture import (
-    axes,
+from cospeech.capture.calibration import (
     board,
-    camera,
     fingerprint,
-    footage,
-    given,
     laser,
     quality,
     rig_picture,
-    selfcalibrate,
+    self_calibration,
+    world_frame,
 )
+from cospeech.capture.tracking import footage
+from cospeech.data import tables
+from cospeech.formats import camera_toml
+from cospeech.geometry import camera
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     method, facts = work.params["method"], work.params["facts"]
     if method == "given":
-        cameras, points_m = given.read(work.input.take[0], work.params["up"]), np.empty((0, 3))
+        cameras, points_m = camera_toml.read(work.input.take[0], work.params["up"]), np.empty((0, 3))
         trust = quality.unknown(cameras)
     else:
         films = [footage.examine(path, colour=method == "laser") for path in work.input.take]
         names, sizes_px = [film.path.stem for film in films], [film.size_px for film in films]
         if method == "laser":
             observations, frames = laser.observations(work.read(work.input.laser, "laser"), names)
-            found, points, used = selfcalibrate.calibrate(names, observations, sizes_px, work.params["seed"])
-            change = axes.stated(found, facts, points, frames)
+            found, points, used = self_calibration.calibrate(names, observations, sizes_px, work.params["seed"])
+            change = world_frame.stated(found, facts, points, frames)
         else:
             declared = board.read(work.input.board)
             corners = board.observations(declared, work.read(work.input.corners, "corners"), names)

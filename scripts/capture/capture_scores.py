@@ -1,7 +1,9 @@
 """What capture found of every record, against what the studio planted."""
 
-from cospeech import job
-from cospeech.capture import accuracy, camera, skeleton_fit
+from cospeech.capture import accuracy
+from cospeech.capture.fitting import skeleton_fit
+from cospeech.geometry import camera
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

@@ -1,7 +1,8 @@
 """The corners of the board in every view of the calibration take."""
 
-from cospeech import job
-from cospeech.capture import board, footage
+from cospeech.capture.calibration import board
+from cospeech.capture.tracking import footage
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     declared = board.read(work.input.board)

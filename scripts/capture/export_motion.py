@@ -1,6 +1,9 @@
 """Markers and motion of one record for other programs: TRC, C3D and BVH."""
 
-from cospeech import bvh, c3d, job, markers, trajectories, trc
+from cospeech.data import trajectories
+from cospeech.formats import bvh, c3d, trc
+from cospeech.motion import markers
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     table = work.read(work.input.markers, "markers_3d")

@@ -1,7 +1,8 @@
 """The laser spot in every view of the calibration take."""
 
-from cospeech import job
-from cospeech.capture import footage, laser
+from cospeech.capture.calibration import laser
+from cospeech.capture.tracking import footage
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     films = [footage.examine(path) for path in work.input.films]

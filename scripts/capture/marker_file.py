@@ -1,7 +1,9 @@
 """The markers of one take from the file of another system, under our names and axes."""
 
-from cospeech import job, markers
-from cospeech.capture import marker_file, quality_sheet
+from cospeech.capture.fitting import marker_file
+from cospeech.capture.tracking import quality_sheet
+from cospeech.motion import markers
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     declared = work.params["markers"]

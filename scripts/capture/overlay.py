@@ -1,7 +1,10 @@
 """The films of one record side by side, with the markers drawn on them."""
 
-from cospeech import job, mp4, tables, trajectories
-from cospeech.capture import camera, footage, overlay
+from cospeech.capture.tracking import footage, overlay
+from cospeech.data import tables, trajectories
+from cospeech.formats import mp4
+from cospeech.geometry import camera
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None

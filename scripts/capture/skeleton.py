@@ -1,7 +1,7 @@
 """Joint angles of one record from its markers, by the body model of its actor's range-of-motion take."""
 
-from cospeech import job
-from cospeech.capture import skeleton_fit
+from cospeech.capture.fitting import skeleton_fit
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     take = work.read(work.input.take, "markers_3d")

@@ -1,7 +1,9 @@
 """Follow the markers of one record through its films: where they are in every view and in the world."""
 
-from cospeech import job
-from cospeech.capture import camera, clicks, fingerprint, follow, footage, quality_sheet, sights
+from cospeech.capture.calibration import fingerprint
+from cospeech.capture.tracking import clicks, detections, footage, quality_sheet, track
+from cospeech.geometry import camera
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     settings = work.params["settings"]
@@ -10,7 +12,7 @@ with job.run(snakemake) as work:
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None
     films, cameras = footage.of_take(work.input.films, began, camera.from_table(rig))
     n_frames = footage.check(films, cameras, settings["most_frames_apart"])
-    found = follow.follow(
+    found = track.follow(
         films,
         cameras,
         settings["method"],
@@ -21,8 +23,8 @@ with job.run(snakemake) as work:
         else None,
         where=work.wildcards.take,
     )
-    world = sights.world_table(found, films[0].fps, settings["longest_hidden_s"])
-    work.write(sights.view_table(found, world, cameras), work.output.views, "markers_2d")
+    world = detections.world_table(found, films[0].fps, settings["longest_hidden_s"])
+    work.write(detections.view_table(found, world, cameras), work.output.views, "markers_2d")
     work.write(world, work.output.world, "markers_3d")
     spans = quality_sheet.spans(world)
     work.write(spans, work.output.spans, "marker_spans")

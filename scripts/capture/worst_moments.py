@@ -1,7 +1,9 @@
 """The worst moments of a record's tracking: where they are, and how they look in every view."""
 
-from cospeech import canvas, job
-from cospeech.capture import camera, footage, overlay, quality_sheet
+from cospeech.capture.tracking import footage, overlay, quality_sheet
+from cospeech.formats import canvas
+from cospeech.geometry import camera
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None

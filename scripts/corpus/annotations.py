@@ -1,6 +1,6 @@
 """The labelled examples of all records in one table."""
 
-from cospeech import job
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     rows = [work.read(path, "annotations") for path in work.input.annotations]

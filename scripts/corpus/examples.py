@@ -1,7 +1,7 @@
 """The labelled examples of one record: from a person's annotations, planted by the studio, or none."""
 
-from cospeech import job
 from cospeech.corpus import annotations
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     row = work.read(work.input.record, "records").iloc[0]

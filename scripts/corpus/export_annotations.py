@@ -3,8 +3,9 @@
 import os
 from pathlib import Path
 
-from cospeech import job
-from cospeech.corpus import annotations, elan, praat
+from cospeech.corpus import annotations
+from cospeech.formats import elan, textgrid
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     segments = work.read(work.input.phrases, "segments")
@@ -12,4 +13,4 @@ with job.run(snakemake) as work:
     audio = work.input.get("audio")
     media = Path(os.path.relpath(audio, Path(work.output.eaf).parent)).as_posix() if audio else None
     elan.write(work.output.eaf, annotations.TIER, spans, work.params["labels"], media)
-    praat.write(work.output.textgrid, annotations.TIER, spans, duration_s)
+    textgrid.write(work.output.textgrid, annotations.TIER, spans, duration_s)

@@ -1,8 +1,9 @@
 """One record enters: its files read, checked against each other and brought to our skeleton, rate and length."""
 
-from cospeech import job
-from cospeech.corpus import intake, sound
+from cospeech.corpus import intake
 from cospeech.corpus.retarget import Declaration
+from cospeech.formats import sound
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params["record"]

@@ -1,6 +1,6 @@
 """The record sheet of the run: one row a record."""
 
-from cospeech import job
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     rows = [work.read(path, "records") for path in work.input.records]

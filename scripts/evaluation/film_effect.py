@@ -1,7 +1,7 @@
 """Scores from filmed joint angles beside those from the true ones."""
 
-from cospeech import job
 from cospeech.evaluation import film_effect, sessions
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     bootstrap = sessions.Bootstrap(**work.params["bootstrap"], seed=work.params["seed"])

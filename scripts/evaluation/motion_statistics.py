@@ -1,7 +1,7 @@
 """Speed, acceleration and jerk of original and synthesised motion, and how far they lie apart."""
 
-from cospeech import job
 from cospeech.evaluation import motion
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     actors = work.params["actors"]

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from cospeech import job
 from cospeech.evaluation import scores
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     actors = work.params["actors"]

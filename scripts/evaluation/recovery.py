@@ -1,7 +1,7 @@
 """How much of what the virtual studio planted is found again."""
 
-from cospeech import job
 from cospeech.evaluation import recovery
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given, actors = work.params, work.params["actors"]

@@ -1,7 +1,7 @@
 """Scores of synthesis sessions, means over an actor's records, and differences of every two systems."""
 
-from cospeech import job
 from cospeech.evaluation import sessions
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     bootstrap = sessions.Bootstrap(**work.params["bootstrap"], seed=work.params["seed"])

@@ -2,12 +2,12 @@
 
 import pandas as pd
 
-from cospeech import job
 from cospeech.evaluation import scores
-from cospeech.phrases import gesture
+from cospeech.segmentation import gesture
 from cospeech.synthesis import hsmm, hsmm_weighted
 from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given, frame_s, censoring = work.params, work.params["frame_s"], work.params["censoring"]

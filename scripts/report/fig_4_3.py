@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from cospeech import job
 from cospeech.report import output, pictures
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     picture = Path(work.input.picture).read_bytes()

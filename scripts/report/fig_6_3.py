@@ -1,7 +1,7 @@
 """Smoothing filters tried on a joint angle."""
 
-from cospeech import job
 from cospeech.report import motion, output, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     trial = work.read(work.input.trial, "smoothing_trial")

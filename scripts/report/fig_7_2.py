@@ -4,8 +4,8 @@ from pathlib import Path
 
 import yaml
 
-from cospeech import job
 from cospeech.report import output, style, sweep
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from cospeech import job
 from cospeech.report import output, phrases, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

@@ -1,7 +1,7 @@
 """Which differences between systems the corpus can resolve."""
 
-from cospeech import job
 from cospeech.report import leaderboard, output, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

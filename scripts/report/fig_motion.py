@@ -1,7 +1,7 @@
 """How fast the hands move, originally and synthesised."""
 
-from cospeech import job
 from cospeech.report import motion, output, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     summary = motion.distances(work.read(work.input.statistics, "motion_statistics"))

@@ -1,7 +1,7 @@
 """What of the studio's plan was found again."""
 
-from cospeech import job
 from cospeech.report import output, recovery, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     clusters, states = work.params["clusters"], work.params["states"]

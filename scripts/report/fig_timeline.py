@@ -1,7 +1,7 @@
 """One record from its speech to its gestures."""
 
-from cospeech import job
 from cospeech.report import output, style, timeline
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

@@ -1,7 +1,7 @@
 """All systems on all measures."""
 
-from cospeech import job
 from cospeech.report import leaderboard, output, style
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

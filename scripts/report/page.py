@@ -5,14 +5,14 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from cospeech import job
-from cospeech.report import beside, captions, facts, findings, leaderboard, output, page, videos
+from cospeech.report import captions, findings, leaderboard, output, page, provenance, published, videos
+from cospeech.workflow import job
 
 MOST_BYTES = 25_000_000
 
 with job.run(snakemake) as work:
     given, config, systems = work.params, work.params["config"], work.params["systems"]
-    published = yaml.safe_load(Path(work.input.published).read_text(encoding="utf-8"))
+    printed = yaml.safe_load(Path(work.input.published).read_text(encoding="utf-8"))
     records = work.read(work.input.records, "records")
     annotations = work.read(work.input.annotations, "annotations")
     statistics = work.read(work.input.statistics[0], "motion_statistics") if work.input.statistics else None
@@ -25,7 +25,7 @@ with job.run(snakemake) as work:
     titles = {name: system["title"] for name, system in systems.items()}
     exhibits = {}
     for name, path in zip(given["exhibits"], work.input.captions, strict=True):
-        pairs = beside.pairs(name, published, numbers[name], titles) if name in numbers else []
+        pairs = published.pairs(name, printed, numbers[name], titles) if name in numbers else []
         exhibits[name] = page.exhibit(name, captions.read(path), pictures.get(name), numbers.get(name), pairs)
 
     board = numbers["leaderboard"]
@@ -41,12 +41,12 @@ with job.run(snakemake) as work:
     )
     content = {
         "title": given["title"],
-        "banner": facts.banner(config, records, annotations, cameras),
+        "banner": provenance.banner(config, records, annotations, cameras),
         "findings": found,
         "absent": given["absent"],
         "sections": page.sections(exhibits),
         "boards": {"heads": heads, "whole": whole, "interior": interior, "level": given["level_pct"]},
-        "facts": facts.facts(config, records, statistics),
+        "facts": provenance.facts(config, records, statistics),
         "links": given["links"],
         "results": f"results/{given['run']}",
         "sheets": f"reports/{given['run']}/capture",

@@ -3,8 +3,8 @@
 import os
 from pathlib import Path
 
-from cospeech import job
 from cospeech.report import output, page, quality, style, videos
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     world = work.read(work.input.world, "markers_3d")

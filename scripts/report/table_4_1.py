@@ -1,7 +1,7 @@
 """The gesture phrase classes, with their counts and durations."""
 
-from cospeech import job
 from cospeech.report import corpus, output
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     phrases = work.read(work.input.phrases, "segments")

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from cospeech import job
 from cospeech.report import capture, output
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     scores = work.read(work.input.scores, "capture_scores")

@@ -1,7 +1,7 @@
 """Which joint angles the markers tell."""
 
-from cospeech import job
 from cospeech.report import capture, output
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     tables = [work.read(path, "observability") for path in work.input.tables]

@@ -2,8 +2,8 @@
 
 import soundfile
 
-from cospeech import job
 from cospeech.speech import prosody
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     record, settings = work.wildcards.record, dict(work.params["settings"])

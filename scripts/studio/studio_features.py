@@ -1,7 +1,7 @@
 """Make the prosody features and the gesture phrases of one record, without sound or motion."""
 
-from cospeech import job
 from cospeech.studio import features, voice
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     record = work.wildcards.record

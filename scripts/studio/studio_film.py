@@ -1,8 +1,8 @@
 """Film one take from all cameras, and tell where every marker is."""
 
-from cospeech import job
-from cospeech.capture import camera
+from cospeech.geometry import camera
 from cospeech.studio import take
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params

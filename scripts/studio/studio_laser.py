@@ -1,8 +1,9 @@
 """Film the calibration take from all cameras, and tell where the spot is."""
 
-from cospeech import job, tables
-from cospeech.capture import camera
+from cospeech.data import tables
+from cospeech.geometry import camera
 from cospeech.studio import film, laser, rig
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     seed = work.params["seed"]

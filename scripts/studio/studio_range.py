@@ -1,8 +1,8 @@
 """Film the range-of-motion take of one actor from all cameras, and tell where every marker is."""
 
-from cospeech import job
-from cospeech.capture import camera
+from cospeech.geometry import camera
 from cospeech.studio import range_of_motion, take
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     motion = range_of_motion.perform(work.params["motion_fps"])

@@ -1,8 +1,8 @@
 """Set up the studio's five cameras."""
 
-from cospeech import job
-from cospeech.capture import camera
+from cospeech.geometry import camera
 from cospeech.studio import rig
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     cameras = camera.to_table(rig.cameras(work.params["width_px"], work.params["seed"]))

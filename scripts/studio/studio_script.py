@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from cospeech import job
 from cospeech.studio import cast, script
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     coupling, frame_s, seed = work.params["coupling"], work.params["frame_s"], work.params["seed"]

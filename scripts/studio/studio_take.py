@@ -2,8 +2,10 @@
 
 import soundfile
 
-from cospeech import bvh, job, tables
+from cospeech.data import tables
+from cospeech.formats import bvh
 from cospeech.studio import motion, voice
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     record, seed = work.wildcards.record, work.params["seed"]

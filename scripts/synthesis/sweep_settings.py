@@ -1,11 +1,12 @@
 """One fold at each setting of the sweep: its prosody clusters, its HSMM, and its phrases, printed and weighted."""
 
-from cospeech import job
-from cospeech.markov import semi
-from cospeech.phrases import model, prosody
+from cospeech.markov import hsmm as semi
+from cospeech.segmentation import labelled_hmm as model
+from cospeech.segmentation import prosody
 from cospeech.synthesis import hsmm, hsmm_weighted
 from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     record, frame_s, censoring = work.wildcards.record, work.params["frame_s"], work.params["censoring"]

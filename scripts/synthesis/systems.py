@@ -1,7 +1,6 @@
 """The phrases of one fold by many systems: the HSMM in its forms, all that hears wrong speech or none, ceilings."""
 
-from cospeech import job
-from cospeech.markov import semi
+from cospeech.markov import hsmm as semi
 from cospeech.synthesis import (
     another,
     clock,
@@ -17,6 +16,7 @@ from cospeech.synthesis import (
 )
 from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
+from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     record, frame_s, seed = work.wildcards.record, work.params["frame_s"], work.params["seed"]

@@ -1,7 +1,7 @@
 """cospeech: learns which gestures go with which melody of speech, and invents fitting ones."""
 
-from cospeech import compiled
+from cospeech.kernels import numba_cache
 
 __version__ = "0.1.0"
 
-compiled.keep_apart()
+numba_cache.keep_apart()

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from cospeech.progress import SAID_BY_JOBS, clock, tell
+from cospeech.workflow.progress import SAID_BY_JOBS, clock, tell
 
 SILENT = (LogEvent.JOB_INFO, LogEvent.JOB_STARTED, LogEvent.JOB_FINISHED, LogEvent.RESOURCES_INFO, LogEvent.PROGRESS)
 """Events that the lines of finished jobs stand for."""

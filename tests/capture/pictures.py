@@ -4,8 +4,8 @@ import av
 import numpy as np
 from scipy.ndimage import convolve1d
 
-from cospeech.capture.colour import SKIN, chroma
-from cospeech.markers import COLOURS
+from cospeech.capture.tracking.colour import SKIN, chroma
+from cospeech.motion.markers import COLOURS
 
 SUIT = (26, 26, 30)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cospeech.capture import consensus
-from cospeech.capture.camera import Camera, look, project
+from cospeech.capture.calibration import consensus
+from cospeech.geometry.camera import Camera, look, project
 
 SIZE = (1392, 1040)
 N_CAMERAS = 5

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cospeech import markers, skeleton
-from cospeech.skeleton import JOINTS
+from cospeech.motion import markers, skeleton
+from cospeech.motion.skeleton import JOINTS
 from cospeech.studio import cast, motion, script
 
 FPS = 20.0

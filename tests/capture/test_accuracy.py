@@ -5,9 +5,11 @@ import pytest
 import subject
 from scipy.spatial.transform import Rotation
 
-from cospeech import markers, skeleton, tables, trajectories
-from cospeech.capture import accuracy, body_model
-from cospeech.capture.camera import Camera, to_table
+from cospeech.capture import accuracy
+from cospeech.capture.fitting import body_model
+from cospeech.data import tables, trajectories
+from cospeech.geometry.camera import Camera, to_table
+from cospeech.motion import markers, skeleton
 from cospeech.studio import laser, planted, rig
 
 N_FRAMES = 40

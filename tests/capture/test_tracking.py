@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech import skeleton, tables
-from cospeech.capture import clicks, colour, first_positions, follow, footage, quality_sheet, sights
-from cospeech.capture.camera import project
+from cospeech.capture.tracking import clicks, colour, detections, first_positions, footage, quality_sheet, track
+from cospeech.data import tables
 from cospeech.errors import UserError
-from cospeech.markers import NAMES
+from cospeech.geometry.camera import project
+from cospeech.motion import skeleton
+from cospeech.motion.markers import NAMES
 from cospeech.studio import dress, film, rig, stage
 
 N_FRAMES = 24
@@ -57,7 +58,7 @@ def take(tmp_path_factory):
 @pytest.fixture(scope="module")
 def robust(take):
     films, cameras, *_ = take
-    return follow.follow(films, cameras, "robust", N_FRAMES, where="take")
+    return track.follow(films, cameras, "robust", N_FRAMES, where="take")
 
 
 def rms(values):
@@ -77,7 +78,7 @@ def test_robust_tracker_finds_the_planted_markers_at_half_size(take, robust):
     _, cameras, markers, pixels = take
     truth = np.stack([project(camera, markers) for camera in cameras], axis=2)
     assert rms(np.linalg.norm(robust.pixels - truth, axis=-1)) < 0.2
-    world = sights.world_table(robust, rig.FPS, 0.5)
+    world = detections.world_table(robust, rig.FPS, 0.5)
     points = world[["x_m", "y_m", "z_m"]].to_numpy().reshape(N_FRAMES, -1, 3)
     seen = (world["status"] == "seen").to_numpy().reshape(N_FRAMES, -1)
     away = np.linalg.norm(points - markers, axis=2)
@@ -95,7 +96,7 @@ def test_hands_that_cross_before_the_chest_are_not_taken_for_each_other(tmp_path
     crossed = left[:, 0] < right[:, 0]  # x is to the actor's left
     assert (np.diff(crossed.astype(int)) != 0).sum() == 2
     assert np.linalg.norm(left - right, axis=1).min() < 0.06
-    found = follow.follow(films, cameras, "robust", 30, where="take").points_m[:, hands]
+    found = track.follow(films, cameras, "robust", 30, where="take").points_m[:, hands]
     seen = np.isfinite(found[..., 0])
     assert seen.mean() > 0.8
     assert np.linalg.norm(found - markers[:, hands], axis=2)[seen].max() < 0.02
@@ -116,16 +117,16 @@ def test_as_many_pictures_are_held_of_a_long_film_as_of_a_short_one(take, monkey
     monkeypatch.setattr(footage, "planes", counted)
     for n_frames in (3, 12):
         most.append(0)
-        follow.follow(films, cameras, "robust", n_frames, where="take")
+        track.follow(films, cameras, "robust", n_frames, where="take")
         assert not held
     assert most[0] == most[1] <= 2 * len(cameras) * 3  # the set at hand and the one being read, of three planes each
 
 
 def test_the_tables_keep_their_schemas(take, robust):
     _, cameras, *_ = take
-    world = sights.world_table(robust, rig.FPS, 0.5)
+    world = detections.world_table(robust, rig.FPS, 0.5)
     tables.validate(world, "markers_3d", "world")
-    views = sights.view_table(robust, world, cameras)
+    views = detections.view_table(robust, world, cameras)
     tables.validate(views, "markers_2d", "views")
     assert len(views) == N_FRAMES * len(NAMES) * len(cameras)
     assert views.loc[views["status"] == "seen", "n_pixels"].min() > 5
@@ -135,13 +136,13 @@ def test_the_tables_keep_their_schemas(take, robust):
 
 def test_plain_tracker_of_the_thesis_is_worse(take, robust):
     films, cameras, markers, _ = take
-    plain = follow.follow(films, cameras, "thesis", N_FRAMES, clicked=clicked(cameras, markers), where="take")
+    plain = track.follow(films, cameras, "thesis", N_FRAMES, clicked=clicked(cameras, markers), where="take")
     assert rms(plain.points_m - markers) > 3 * rms(robust.points_m - markers)
 
 
 def test_clicks_start_the_tracker_as_well_as_colours_do(take, robust):
     films, cameras, markers, _ = take
-    by_hand = follow.follow(films, cameras, "robust", 3, clicked=clicked(cameras, markers), where="take")
+    by_hand = track.follow(films, cameras, "robust", 3, clicked=clicked(cameras, markers), where="take")
     np.testing.assert_allclose(by_hand.points_m, robust.points_m[:3], atol=1e-3)
 
 
@@ -149,9 +150,9 @@ def test_a_correction_overrides_its_view_and_frame(take):
     films, cameras, markers, _ = take
     place = project(cameras[4], markers[2, HAND]) + np.array([0.5, 0.0])
     row = pd.DataFrame([(2, "c5", "left_hand", *place)], columns=clicks.COLUMNS)
-    found = follow.follow(films, cameras, "robust", 4, corrections=row, where="take")
-    world = sights.world_table(found, rig.FPS, 0.5)
-    views = sights.view_table(found, world, cameras)
+    found = track.follow(films, cameras, "robust", 4, corrections=row, where="take")
+    world = detections.world_table(found, rig.FPS, 0.5)
+    views = detections.view_table(found, world, cameras)
     corrected = views[views["status"] == "corrected"]
     assert corrected[["frame", "camera", "marker"]].to_numpy().tolist() == [[2, "c5", "left_hand"]]
     np.testing.assert_allclose(corrected[["x_px", "y_px"]].to_numpy()[0], place)

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from parselmouth.praat import call
 from pympi import Elan
 
-from cospeech import segments, tables
-from cospeech.corpus import annotations, elan, praat
+from cospeech.corpus import annotations
+from cospeech.data import segments, tables
 from cospeech.errors import UserError
+from cospeech.formats import elan, textgrid
 
 LABELS = list(segments.GESTURES)
 SPANS = [(0.0, 1.25, "rest"), (1.25, 2.5, "left"), (2.5, 4.0, "left"), (6.001, 7.333, "open")]
@@ -27,7 +28,7 @@ def write(path, spans=SPANS, duration_s=10.0):
     if path.suffix == ".eaf":
         elan.write(path, annotations.TIER, spans, LABELS, MEDIA)
     elif path.suffix == ".TextGrid":
-        praat.write(path, annotations.TIER, spans, duration_s)
+        textgrid.write(path, annotations.TIER, spans, duration_s)
     else:
         rows = "".join(f"{start},{end},{label}\n" for start, end, label in spans)
         path.write_text(f"start_s,end_s,gesture\n{rows}", encoding="utf-8")

@@ -8,11 +8,13 @@ import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech import bvh, segments, skeleton, tables
-from cospeech.config import RECORD_FIELDS
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import Declaration
+from cospeech.data import segments, tables
 from cospeech.errors import UserError
+from cospeech.formats import bvh
+from cospeech.motion import skeleton
+from cospeech.workflow.config import RECORD_FIELDS
 
 DECLARED = Declaration("y", "m", "cospeech", "hanging")
 LABELS = list(segments.GESTURES)

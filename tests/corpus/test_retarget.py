@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cospeech import bvh, skeleton
-from cospeech.bvh import Clip
-from cospeech.corpus import smplx
 from cospeech.corpus.retarget import AXES, Declaration, motion_table
 from cospeech.errors import UserError
+from cospeech.formats import bvh, smplx
+from cospeech.formats.bvh import Clip
+from cospeech.motion import skeleton
 
 LIMBS = [
     (f"{side}_{part}", f"{side}_{child}")

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech import tables
+from cospeech.data import tables
 from cospeech.evaluation.film_effect import film_effect
 from cospeech.evaluation.sessions import Bootstrap
 

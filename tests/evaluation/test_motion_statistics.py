@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cospeech import skeleton, tables
+from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.evaluation import motion
+from cospeech.motion import skeleton
 
 FPS = 50.0
 

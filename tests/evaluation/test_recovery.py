@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from sklearn.metrics import adjusted_mutual_info_score
 
-from cospeech import segments, tables
+from cospeech.data import segments, tables
 from cospeech.evaluation import recovery
 
 FRAME_S, FPS = 0.025, 40.0

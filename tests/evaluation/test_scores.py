@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech import tables
+from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.evaluation import sessions
 

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.evaluation import scores
-from cospeech.markov import semi
+from cospeech.markov import hsmm
 
 FRAME_S, FPS = 0.025, 40.0
 N_FRAMES = 6000
@@ -49,9 +49,9 @@ def session(person):
     records = [person.record(f"r{k}") for k in range(4)]
     for k, (actual, heard) in enumerate(records):
         training = [record for place, record in enumerate(records) if place != k]
-        counts = [semi.count(table, spoken, GESTURES, PATTERNS, 400) for table, spoken in training]
-        model = semi.estimate(counts[0] + counts[1] + counts[2], 1e-6)
-        paths = {"hsmm": semi.decode(model, heard), "weighted": semi.decode(model, heard, 0.25)}
+        counts = [hsmm.count(table, spoken, GESTURES, PATTERNS, 400) for table, spoken in training]
+        model = hsmm.estimate(counts[0] + counts[1] + counts[2], 1e-6)
+        paths = {"hsmm": hsmm.decode(model, heard), "weighted": hsmm.decode(model, heard, 0.25)}
         made = {
             name: segments.from_starts("r", path.starts, path.labels, N_FRAMES, FPS) for name, path in paths.items()
         }

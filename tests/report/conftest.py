@@ -9,8 +9,9 @@ import pytest
 import yaml
 from PIL import Image
 
-from cospeech import job, tables
+from cospeech.data import tables
 from cospeech.evaluation import motion, recovery, sessions
+from cospeech.workflow import job
 
 ROOT = plausible.ROOT
 MAIN = "clusters~8/states~3"

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cospeech import segments, skeleton, trajectories
-from cospeech.capture import accuracy, camera
-from cospeech.capture import observability as told
+from cospeech.capture import accuracy
+from cospeech.capture.fitting import observability as told
+from cospeech.data import segments, trajectories
 from cospeech.evaluation import scores, sessions
-from cospeech.markers import NAMES
+from cospeech.geometry import camera
+from cospeech.motion import skeleton
+from cospeech.motion.markers import NAMES
 from cospeech.report import capture
 from cospeech.studio import rig
 from cospeech.synthesis import systems

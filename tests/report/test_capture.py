@@ -73,7 +73,8 @@ def test_the_timeline_shows_every_span_in_its_colour():
 
 
 def test_lines_to_correct_are_those_that_a_file_of_corrections_takes(tmp_path):
-    from cospeech.capture import camera, clicks
+    from cospeech.capture.tracking import clicks
+    from cospeech.geometry import camera
 
     rows = [(1, 7, 0.375, "chest", "predicted", 0.5, f"c{k}", "predicted", 100.25 + k, 50.0) for k in range(1, 6)]
     rows[4] = (*rows[4][:8], float("nan"), float("nan"))

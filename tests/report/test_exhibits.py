@@ -7,10 +7,21 @@ import pytest
 import yaml
 from plausible import ROOT
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
-from cospeech.evaluation import similarity
-from cospeech.report import beside, corpus, leaderboard, motion, phrases, pictures, recovery, sweep, timeline, videos
+from cospeech.metrics import similarity
+from cospeech.report import (
+    corpus,
+    leaderboard,
+    motion,
+    phrases,
+    pictures,
+    published,
+    recovery,
+    sweep,
+    timeline,
+    videos,
+)
 
 PUBLISHED = yaml.safe_load((ROOT / "reports/template/published.yaml").read_text(encoding="utf-8"))
 
@@ -82,7 +93,7 @@ def test_each_system_stands_above_its_own_controls():
 
 
 def test_pairs_are_every_system_against_every_control(tables_of_a_run):
-    from cospeech import tables
+    from cospeech.data import tables
 
     differences = tables.read(tables_of_a_run.path("evaluation/differences.parquet"), "differences")
     found = leaderboard.pairs(differences, plausible.SYSTEMS, "interior", 0.5)
@@ -93,7 +104,7 @@ def test_pairs_are_every_system_against_every_control(tables_of_a_run):
 
 
 def test_sweep_keeps_the_other_axis_at_its_main_value(tables_of_a_run):
-    from cospeech import tables
+    from cospeech.data import tables
 
     scores = tables.read(tables_of_a_run.path("evaluation/session_scores.parquet"), "session_scores")
     found = sweep.table(scores, "states", {"clusters": 8, "states": 3}, ["hsmm"])
@@ -102,7 +113,7 @@ def test_sweep_keeps_the_other_axis_at_its_main_value(tables_of_a_run):
     assert set(found["measure"]) == {"S", "D"}
     assert sweep.best_published(PUBLISHED, "clusters") == {"at": 8, "S": 0.8313, "D": 1.0714}
     assert sweep.best_published(PUBLISHED, "states") == {"at": 3}
-    pairs = beside.pairs("fig-7.2b", PUBLISHED, found, {"hsmm": "HSMM"})
+    pairs = published.pairs("fig-7.2b", PUBLISHED, found, {"hsmm": "HSMM"})
     assert [(pair.published, pair.ours in ("3", "5")) for pair in pairs] == [("3", True)]
 
 
@@ -113,7 +124,7 @@ def test_best_of_a_sweep_by_hand():
         for c, s, d in ((4, 0.3, 0.5), (8, 0.6, 0.7), (16, 0.2, 0.4))
         for m, v in (("S", s), ("D", d))
     ]  # fmt: skip
-    pairs = beside.best_clusters(PUBLISHED, pd.DataFrame(rows), {"hsmm": "HSMM"})
+    pairs = published.best_clusters(PUBLISHED, pd.DataFrame(rows), {"hsmm": "HSMM"})
     assert [pair.ours for pair in pairs] == ["8", "0.60 (0.50 to 0.70)", "16", "0.40 (0.30 to 0.50) s"]
 
 

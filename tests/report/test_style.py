@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from cospeech import palette
-from cospeech.animation import picture
+from cospeech.data import palette
+from cospeech.rendering import picture
 from cospeech.report import style
 
 # Machado, Oliveira and Fernandes 2009: what linear RGB becomes for an eye without one kind of cone.

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from parselmouth.praat import call
 
-from cospeech import tables
+from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.speech import prosody
 

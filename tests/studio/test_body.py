@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech import segments, skeleton, tables
-from cospeech.segments import GESTURES
-from cospeech.skeleton import JOINTS, OFFSET_M
+from cospeech.data import segments, tables
+from cospeech.data.segments import GESTURES
+from cospeech.motion import skeleton
+from cospeech.motion.skeleton import JOINTS, OFFSET_M
 from cospeech.studio import cast, choreography, motion, script
 from cospeech.studio.limbs import STRETCH, reach
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cospeech import tables
+from cospeech.data import tables
+from cospeech.data.segments import GESTURES
 from cospeech.errors import UserError
-from cospeech.segments import GESTURES
 from cospeech.studio import cast
 from cospeech.studio.patterns import NAMES, PAUSE
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cospeech import skeleton
-from cospeech.capture.camera import project
-from cospeech.markers import NAMES, RADIUS_M
+from cospeech.geometry.camera import project
+from cospeech.motion import skeleton
+from cospeech.motion.markers import NAMES, RADIUS_M
 from cospeech.studio import dress, film, rig, stage
 
 AWAY_M = np.array([60.0, 0.0, -20.0])

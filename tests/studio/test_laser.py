@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from cospeech import skeleton
-from cospeech.capture.camera import project
+from cospeech.geometry.camera import project
+from cospeech.motion import skeleton
 from cospeech.studio import laser, range_of_motion, rig
 
 ROOT = Path(__file__).parents[2]

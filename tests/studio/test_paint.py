@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from cospeech import skeleton
-from cospeech.markers import RADIUS_M
+from cospeech.motion import skeleton
+from cospeech.motion.markers import RADIUS_M
 from cospeech.studio import dress, film, paint, rig, stage
 
 WIDTH_PX = 116

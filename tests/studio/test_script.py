@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech import segments, tables
-from cospeech.segments import GESTURES
+from cospeech.data import segments, tables
+from cospeech.data.segments import GESTURES
 from cospeech.studio import cast, script
 from cospeech.studio.patterns import NAMES
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech import segments, tables
+from cospeech.data import segments, tables
 from cospeech.speech import prosody as measured
 from cospeech.studio import cast, features, script, voice
 from cospeech.studio.patterns import NAMES

@@ -7,7 +7,7 @@ import numpy as np
 import parselmouth
 import pytest
 
-from cospeech import segments, tables
+from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.studio import cast, melody, script, voice
 from cospeech.studio.patterns import NAMES, PATTERNS, contour
@@ -190,7 +190,7 @@ def test_a_plan_glides_between_phrases_and_never_into_a_pause():
 
 
 def test_every_scenario_has_a_story():
-    from cospeech.config import SCENARIOS
+    from cospeech.workflow.config import SCENARIOS
 
     assert tuple(SENTENCES) == SCENARIOS
     assert min(map(len, SENTENCES.values())) >= 10

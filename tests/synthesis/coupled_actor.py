@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from cospeech import segments
-from cospeech.segments import GESTURES
+from cospeech.data import segments
+from cospeech.data.segments import GESTURES
 
 FRAME_S = 0.025
 CLUSTERS = 8

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from coupled_actor import FRAME_S, corpus
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.synthesis import hsmm, hsmm_weighted, random_phrases
 from cospeech.synthesis.agreement import boundary_distance, kappa
 from cospeech.synthesis.fold import fold

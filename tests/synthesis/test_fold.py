@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 from coupled_actor import FRAME_S, corpus
 
-from cospeech import segments, tables
+from cospeech.data import segments, tables
 from cospeech.errors import UserError
-from cospeech.markov import semi
+from cospeech.markov import hsmm as semi
 from cospeech.synthesis import hsmm, hsmm_weighted
 from cospeech.synthesis.fold import fold
 

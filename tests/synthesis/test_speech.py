@@ -63,7 +63,7 @@ def test_a_record_alone_cannot_be_shuffled():
 
 
 def test_frame_labels_need_segments_without_gaps():
-    from cospeech import segments
+    from cospeech.data import segments
 
     table = segments.from_labels("a", ["p1", "p1", "p2", "p1"], 1 / FRAME_S)
     assert frame_labels(table)["a"].tolist() == ["p1", "p1", "p2", "p1"]

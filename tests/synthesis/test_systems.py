@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from coupled_actor import FRAME_S, Actor, corpus
 
-from cospeech import segments, tables
-from cospeech.markov import semi
+from cospeech.data import segments, tables
+from cospeech.markov import hsmm as semi
 from cospeech.synthesis import (
     another,
     clock,

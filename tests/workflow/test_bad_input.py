@@ -13,7 +13,8 @@ import soundfile
 import yaml
 from project import ROOT, Project
 
-from cospeech import tables, verify
+from cospeech.data import tables
+from cospeech.workflow import verify
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 

@@ -7,7 +7,9 @@ import yaml
 from project import ROOT, Project
 from scipy.spatial.transform import Rotation
 
-from cospeech.capture import axes, board, camera, given
+from cospeech.capture.calibration import board, world_frame
+from cospeech.formats import camera_toml
+from cospeech.geometry import camera
 from cospeech.studio import rig
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("calibration")]
@@ -24,12 +26,12 @@ def configure(folder, **calibration):
 
 def test_a_given_calibration_becomes_cameras_and_goes_out_again(tmp_path):
     truth = rig.cameras(696, 1)
-    (tmp_path / "rig.toml").write_text(given.toml(truth, up="z"))
+    (tmp_path / "rig.toml").write_text(camera_toml.toml(truth, up="z"))
     project = Project(tmp_path)
     project.make(config=configure(tmp_path, method="given", file="rig.toml", up="z"))
     results = tmp_path / "results/rig"
     cameras = camera.from_table(pd.read_parquet(results / "capture/cameras.parquet"))
-    for found in (cameras, given.read(results / "export/calibration.toml", up="z")):
+    for found in (cameras, camera_toml.read(results / "export/calibration.toml", up="z")):
         for one, planted in zip(found, truth, strict=True):
             assert (one.name, one.size_px, one.focal_px) == (planted.name, planted.size_px, planted.focal_px)
             np.testing.assert_allclose(one.pose, planted.pose, atol=1e-9)
@@ -89,10 +91,10 @@ def test_caliscopes_films_give_its_rig(caliscope):
     """
     quality = pd.read_parquet(caliscope / "capture/calibration_quality.parquet")
     assert np.sqrt((quality["rms_px"] ** 2 * quality["n_points"]).sum() / quality["n_points"].sum()) < 1.0
-    truth = given.read(SHARED / "data/caliscope_charuco/camera_array.toml")
+    truth = camera_toml.read(SHARED / "data/caliscope_charuco/camera_array.toml")
     found = camera.from_table(pd.read_parquet(caliscope / "capture/cameras.parquet"))
     places, theirs = (np.array([one.place_m for one in rig]) for rig in (found, truth))
-    change = axes.fit(places, theirs)
+    change = world_frame.fit(places, theirs)
     apart = np.mean([np.linalg.norm(theirs[i] - theirs[j]) for i in range(4) for j in range(i)])
     missed = np.linalg.norm(change.points(places) - theirs, axis=1) / apart
     assert missed.max() < 0.015

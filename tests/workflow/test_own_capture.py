@@ -18,10 +18,12 @@ from project import Project
 from scipy.spatial.transform import Rotation
 from test_bad_input import messages
 
-from cospeech import c3d, markers, skeleton, tables, trajectories, verify
-from cospeech.capture import given
+from cospeech.data import tables, trajectories
+from cospeech.data.trajectories import Trajectories
+from cospeech.formats import c3d, camera_toml
+from cospeech.motion import markers, skeleton
 from cospeech.studio import cast, dress, film, motion, range_of_motion, rig, script, stage
-from cospeech.trajectories import Trajectories
+from cospeech.workflow import verify
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("own_capture")]
 
@@ -115,7 +117,7 @@ def film_scene(top):
     cut = top / "films_truncated" / "c2.mkv"
     cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
     soundfile.write(top / "scene.wav", sound, RATE_HZ)
-    (top / "rig.toml").write_text(given.toml(cameras))
+    (top / "rig.toml").write_text(camera_toml.toml(cameras))
     return moved, worn
 
 

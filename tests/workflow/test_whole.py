@@ -5,7 +5,7 @@ import pytest
 from kills import kill_and_resume
 from project import Project, differing
 
-from cospeech import verify
+from cospeech.workflow import verify
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 

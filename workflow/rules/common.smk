@@ -24,7 +24,7 @@ FIRST_RECORDS = [records_of(actor)[0] for actor in ACTORS]
 
 def code(name):
     """The content hash of scripts/<name>.py and of every module of the package that it rests on."""
-    return closure.code_hash(Path(workflow.basedir) / "scripts" / f"{name}.py")
+    return code_hash.code_hash(Path(workflow.basedir) / "scripts" / f"{name}.py")
 
 
 def mistakes(since):

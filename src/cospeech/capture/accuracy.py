@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import markers, skeleton, trajectories
-from cospeech.capture import axes, laser
-from cospeech.capture.body_model import BodyModel
-from cospeech.capture.camera import Camera
-from cospeech.capture.observability import BENT_DEG
-from cospeech.capture.triangulate import triangulate
-from cospeech.rotation import angles_deg
+from cospeech.capture.calibration import laser, world_frame
+from cospeech.capture.fitting.body_model import BodyModel
+from cospeech.capture.fitting.observability import BENT_DEG
+from cospeech.data import trajectories
+from cospeech.geometry.camera import Camera
+from cospeech.geometry.rotation import angles_deg
+from cospeech.geometry.triangulate import triangulate
+from cospeech.motion import markers, skeleton
 
 Floats = npt.NDArray[np.float64]
 Rows = list[dict[str, Any]]
@@ -87,7 +88,7 @@ def calibration(
     pixels = pixels[(~np.isnan(pixels[..., 0])).sum(axis=1) >= 2]
     there, here = (triangulate(cameras, pixels, np.inf)[0] for cameras in (true, rig))
     middle, middle_true = here.mean(axis=0), there.mean(axis=0)
-    turn = axes.fit(here, there).rotation
+    turn = world_frame.fit(here, there).rotation
     movement = Movement(turn, middle_true - turn @ middle)
     focal = np.array([camera.focal_px for camera in rig]) / np.array([camera.focal_px for camera in true])
     weights = found["n_points"].to_numpy(dtype=float)

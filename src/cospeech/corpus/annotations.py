@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cospeech.corpus import elan, praat
 from cospeech.errors import UserError
+from cospeech.formats import elan, textgrid
 
 TIER = "gesture"
 """The tier of the exported files, and the one that is read where a file has several."""
@@ -43,7 +43,7 @@ def read(path: str | Path, record: str, duration_s: float, labels: list[str]) ->
     """
     readers: dict[str, Callable[[str | Path], Spans]] = {
         ".eaf": lambda path: _tier(elan.read(path), path),
-        ".textgrid": lambda path: _tier(praat.read(path), path),
+        ".textgrid": lambda path: _tier(textgrid.read(path), path),
         ".csv": _read_csv,
     }
     reader = readers.get(Path(path).suffix.lower())

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from cospeech import segments, skeleton
-from cospeech.corpus import motion, own, retarget, sound
+from cospeech.corpus import motion, retarget, user_tables
+from cospeech.data import segments
 from cospeech.errors import UserError
+from cospeech.formats import sound
+from cospeech.motion import skeleton
 
 Record = dict[str, Any]
 
@@ -125,7 +127,7 @@ def _body(
         captured = "video" if given["views"] else "markers"
         source = found.source if moved == given["motion"] else captured
         return Body(found.table, found.fps, found.duration_s, source, found.notes)
-    table = own.gestures(given["gestures"], given["record"], labels)
+    table = user_tables.gestures(given["gestures"], given["record"], labels)
     fps = round(float(table["end_frame"].iloc[-1] / table["end_s"].iloc[-1]), 6)
     table = cut_segments(table, fps, *_rows(given["gestures"], int(table["end_frame"].iloc[-1]), 1 / fps, start, end))
     return Body(table, fps, float(table["end_s"].iloc[-1]), None, [])
@@ -136,7 +138,7 @@ def _voice(given: Record, frame_s: float, late_s: float, start: float, end: floa
         heard = sound.read(given["audio"], start + late_s, end if end is None else end + late_s)
         passed = [f"sound taken from {late_s:.3f} s on, where the films begin"] if late_s else []
         return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, [*passed, *heard.notes])
-    table = own.prosody(given["prosody"], frame_s)
+    table = user_tables.prosody(given["prosody"], frame_s)
     first, last = _rows(given["prosody"], len(table), frame_s, start, end)
     return Voice(None, table.iloc[first:last], np.nan, (last - first) * frame_s, [])
 

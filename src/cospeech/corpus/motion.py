@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from cospeech import bvh, skeleton
-from cospeech.corpus import own, retarget, smplx
+from cospeech.corpus import retarget, user_tables
 from cospeech.errors import UserError
+from cospeech.formats import bvh, smplx
+from cospeech.motion import skeleton
 
 SOURCES = {".bvh": "bvh", ".npz": "smplx", ".parquet": "table", ".csv": "table"}
 """What a file is, by its suffix, in the words of ``motion_source``."""
@@ -47,7 +48,7 @@ def read(
     if source is None:
         raise UserError(f"{path}: motion comes as {', '.join(SOURCES)}; convert it to one of them")
     if source == "table":
-        table, notes = own.motion(path)
+        table, notes = user_tables.motion(path)
         rate = skeleton.frame_rate(table)
         first, last = _excerpt(path, len(table), rate, start_s, end_s)
         root = table[list(skeleton.ROOT_COLUMNS)].to_numpy()[first:last]

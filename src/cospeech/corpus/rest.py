@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from cospeech import rotation, skeleton
-from cospeech.bvh import Clip
 from cospeech.errors import UserError
+from cospeech.formats.bvh import Clip
+from cospeech.geometry import rotation
+from cospeech.motion import skeleton
 
 Floats = npt.NDArray[np.float64]
 

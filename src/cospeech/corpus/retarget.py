@@ -20,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
-from cospeech.bvh import Clip
 from cospeech.corpus import rest
-from cospeech.corpus.euler import least_change
 from cospeech.errors import UserError
+from cospeech.formats.bvh import Clip
+from cospeech.motion import skeleton
+from cospeech.motion.euler import least_change
 
 Floats = npt.NDArray[np.float64]
 

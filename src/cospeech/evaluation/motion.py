@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
 from cospeech.errors import UserError
+from cospeech.motion import skeleton
 
 Floats = npt.NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments
-from cospeech.evaluation import frames
+from cospeech.data import segments
+from cospeech.metrics import agreement
 
 Rows = list[dict[str, Any]]
 
@@ -38,8 +38,8 @@ def gestures(planted: pd.DataFrame, found: pd.DataFrame, frame_s: float) -> Rows
     names = pd.Index(sorted({*true["label"], *guess["label"]}))
     a, b = (names.get_indexer(pd.Index(segments.to_labels(table))).astype(np.int64) for table in (true, guess))
     values = {
-        "gesture_frames_right": frames.share_right(a, b),
-        "gesture_kappa": frames.kappa(a, b),
+        "gesture_frames_right": agreement.share_right(a, b),
+        "gesture_kappa": agreement.kappa(a, b),
         "gesture_phrase_ratio": len(guess) / len(true),
     }
     return [{"quantity": quantity, "value": value, "n": n_frames} for quantity, value in values.items()]

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
-from cospeech.evaluation import boundaries, frames, similarity
+from cospeech.metrics import agreement, boundaries, similarity
 
 PARTS = ("whole", "interior")
 
@@ -99,8 +99,8 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
             "D": boundaries.distance_s(s, targets),
             "boundary_f1": boundaries.boundary_f1(s, a, rules.tolerance_s),
             "phrase_ratio": len(s) / len(a) if len(a) else math.nan,
-            "frames_right": frames.share_right(*labels),
-            "kappa": frames.kappa(*labels),
+            "frames_right": agreement.share_right(*labels),
+            "kappa": agreement.kappa(*labels),
         }
         counts = {"n_actual": len(a), "n_synthesised": len(s)}
         rows += [common | counts | {"measure": measure, "value": value} for measure, value in values.items()]

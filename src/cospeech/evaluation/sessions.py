@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.errors import UserError
-from cospeech.evaluation import bootstrap
 from cospeech.evaluation.scores import BETTER
+from cospeech.metrics import bootstrap
 
 ALL = "all"
 """The name under which the records of all actors are pooled."""

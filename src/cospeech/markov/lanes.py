@@ -16,7 +16,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 
 intrinsic: Any = extending.intrinsic  # its own type counts what numba passes among the arguments of a call
 

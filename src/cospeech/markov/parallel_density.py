@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, TINY, exp2, put, take
 
 Float = npt.NDArray[np.float64]

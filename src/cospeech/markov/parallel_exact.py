@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 from cospeech.markov.parallel_density import BLOCK, Bool, Float
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
 

@@ -17,7 +17,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, TINY, each, put, take, total
 from cospeech.markov.parallel_density import ABREAST, BLOCK, Bool, Float, bar, copy, densities, load, scale
 

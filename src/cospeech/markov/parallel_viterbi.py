@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, each, first_lane, greater, greatest, put, take, where_greater
 from cospeech.markov.parallel_density import BLOCK, Bool, Float, bar, load, log_densities
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from cospeech import tables
+from cospeech.data import tables
 
 
 def save_table(table: pd.DataFrame, path: str) -> None:

@@ -11,10 +11,10 @@ import jinja2
 import pandas as pd
 
 from cospeech.report import words
-from cospeech.report.beside import Pair
 from cospeech.report.captions import Caption
 from cospeech.report.findings import number
 from cospeech.report.leaderboard import Systems, cells, columns, lines
+from cospeech.report.published import Pair
 
 THEMED = {"#22262b": "var(--ink)", "#7b828c": "var(--faint)", "#dfe3e8": "var(--grid)", "#fffffe": "var(--paper)"}
 """Colours of the figures that follow the page from light to dark."""

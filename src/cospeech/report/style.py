@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cospeech import palette, tables
+from cospeech.data import palette, tables
 
 matplotlib.use("Agg")
 

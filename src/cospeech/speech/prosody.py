@@ -25,7 +25,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import fft
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
 
 Floats = npt.NDArray[np.float64]

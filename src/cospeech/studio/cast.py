@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.segments import GESTURES
 from cospeech.errors import UserError
-from cospeech.segments import GESTURES
 from cospeech.studio.patterns import NAMES, PAUSE
 
 Floats = npt.NDArray[np.float64]

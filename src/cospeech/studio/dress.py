@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
-from cospeech.markers import MARKERS, NAMES
+from cospeech.motion import skeleton
+from cospeech.motion.markers import MARKERS, NAMES
 
 Floats = npt.NDArray[np.float64]
 

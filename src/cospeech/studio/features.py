@@ -22,7 +22,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.special import ndtr
 
-from cospeech.segments import frame_times
+from cospeech.data.segments import frame_times
 from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, course
 

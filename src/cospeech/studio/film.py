@@ -13,8 +13,8 @@ import av
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.capture.camera import Camera, project
-from cospeech.markers import RADIUS_M
+from cospeech.geometry.camera import Camera, project
+from cospeech.motion.markers import RADIUS_M
 from cospeech.studio import paint, stage
 
 Planes = npt.NDArray[np.uint8]

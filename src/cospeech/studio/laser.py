@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.capture.camera import Camera, project
+from cospeech.geometry.camera import Camera, project
 from cospeech.studio import film, paint, stage
 
 Floats = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.segments import at_times, frame_times
+from cospeech.data.segments import at_times, frame_times
 from cospeech.studio.patterns import PATTERNS, contour
 
 Floats = npt.NDArray[np.float64]

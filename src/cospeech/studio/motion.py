@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
-from cospeech.segments import frame_times
-from cospeech.skeleton import JOINTS, OFFSET_M
+from cospeech.data.segments import frame_times
+from cospeech.motion import skeleton
+from cospeech.motion.skeleton import JOINTS, OFFSET_M
 from cospeech.studio.cast import generator
 from cospeech.studio.choreography import SIDES, Style, style, tracks
 from cospeech.studio.limbs import reach

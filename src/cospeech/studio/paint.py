@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from cospeech.jit import njit
+from cospeech.kernels.jit import njit
 
 Single = np.float32
 Solid = tuple[Single, ...]

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.capture.camera import Camera, project
-from cospeech.markers import NAMES
+from cospeech.geometry.camera import Camera, project
+from cospeech.motion.markers import NAMES
 
 Floats = npt.NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from cospeech import skeleton
+from cospeech.motion import skeleton
 
 STATIC_S = 2.0
 EXERCISE_S = 4.0

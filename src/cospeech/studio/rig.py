@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cospeech.capture.camera import Camera, look
+from cospeech.geometry.camera import Camera, look
 
 FPS = 20.0
 FULL_PX = (1392, 1040)

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments
-from cospeech.segments import GESTURES
+from cospeech.data import segments
+from cospeech.data.segments import GESTURES
 from cospeech.studio.cast import Member, generator
 from cospeech.studio.patterns import NAMES
 

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import skeleton
-from cospeech.capture.camera import Camera, flatten
-from cospeech.markers import COLOURS, MARKERS
+from cospeech.geometry.camera import Camera, flatten
+from cospeech.motion import skeleton
+from cospeech.motion.markers import COLOURS, MARKERS
 
 Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cospeech import skeleton, tables
-from cospeech.capture.camera import Camera
+from cospeech.data import tables
+from cospeech.geometry.camera import Camera
+from cospeech.motion import skeleton
 from cospeech.studio import dress, film, planted, stage
 
 

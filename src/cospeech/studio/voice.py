@@ -20,8 +20,8 @@ import pandas as pd
 import parselmouth
 from parselmouth.praat import call, run
 
+from cospeech.data.segments import at_times, frame_times
 from cospeech.errors import UserError
-from cospeech.segments import at_times, frame_times
 from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, Plan, plan
 from cospeech.studio.patterns import PATTERNS

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.markov import semi
+from cospeech.markov import hsmm
 
 Ints = npt.NDArray[np.int64]
 
@@ -36,7 +36,7 @@ def boundary_distance(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     return float(np.mean(np.minimum(np.abs(given - before), np.abs(behind - given))))
 
 
-def agreements(actual: pd.DataFrame, paths: Sequence[semi.Path]) -> list[float]:
+def agreements(actual: pd.DataFrame, paths: Sequence[hsmm.Path]) -> list[float]:
     """Return of each path kappa of the frames less the boundary distance in units of the mean real phrase.
 
     Parameters
@@ -51,7 +51,7 @@ def agreements(actual: pd.DataFrame, paths: Sequence[semi.Path]) -> list[float]:
     starts, labels = actual["start_frame"].to_numpy(), actual["label"].to_numpy(dtype=str)
     n_frames = int(actual["end_frame"].iloc[-1])
 
-    def of(path: semi.Path) -> float:
+    def of(path: hsmm.Path) -> float:
         # Phrases are few and frames many: the labels become numbers before they are laid out over the frames.
         names, codes = np.unique(np.concatenate([labels, path.labels.astype(str)]), return_inverse=True)
         real, made = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.synthesis import System
 from cospeech.synthesis.fold import Fold
 from cospeech.synthesis.result import Synthesis, without_model

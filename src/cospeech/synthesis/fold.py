@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
 from cospeech.synthesis.speech import Labels, frame_labels
 

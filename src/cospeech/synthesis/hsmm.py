@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from cospeech import segments
-from cospeech.markov import semi
+from cospeech.data import segments
+from cospeech.markov import hsmm
 from cospeech.synthesis import System
 from cospeech.synthesis.fold import Fold
 from cospeech.synthesis.result import Synthesis, of_path
@@ -32,28 +32,28 @@ class Estimate(NamedTuple):
     clusters: int
     max_duration_s: float
     floor: float
-    smoothing: semi.Smoothing
+    smoothing: hsmm.Smoothing
     amount: float
 
 
-def counts(fold: Fold, how: Estimate) -> dict[str, semi.Counts]:
+def counts(fold: Fold, how: Estimate) -> dict[str, hsmm.Counts]:
     """Return the counts of each training record of the fold."""
     n_bins = max(1, round(how.max_duration_s / fold.frame_s))
     names = segments.prosody_labels(how.clusters)
     return {
-        record: semi.count(phrases, fold.speech[record], tuple(how.labels), names, n_bins)
+        record: hsmm.count(phrases, fold.speech[record], tuple(how.labels), names, n_bins)
         for record, phrases in fold.gestures.items()
     }
 
 
-def train(counted: Iterable[semi.Counts], how: Estimate) -> semi.SemiMarkov:
+def train(counted: Iterable[hsmm.Counts], how: Estimate) -> hsmm.SemiMarkov:
     """Return the model of the records that were counted (Özkul 2012, eq. 5.5-5.8)."""
     first, *others = counted
-    return semi.estimate(sum(others, start=first), how.floor, how.smoothing, how.amount)
+    return hsmm.estimate(sum(others, start=first), how.floor, how.smoothing, how.amount)
 
 
 def synthesise(
-    model: semi.SemiMarkov, speech: Speech, weight: float = 1.0, censoring: semi.Censoring = "none"
+    model: hsmm.SemiMarkov, speech: Speech, weight: float = 1.0, censoring: hsmm.Censoring = "none"
 ) -> Synthesis:
     """Return the best path of ``model`` under ``speech`` (Özkul 2012, eq. 5.9 and Alg. 1, where ``weight`` is 1)."""
-    return of_path(semi.decode(model, speech.labels, weight, censoring), speech, weight, censoring)
+    return of_path(hsmm.decode(model, speech.labels, weight, censoring), speech, weight, censoring)

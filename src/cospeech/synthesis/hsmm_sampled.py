@@ -5,7 +5,7 @@ Model and emission weight are those of ``hsmm_weighted``.
 
 from __future__ import annotations
 
-from cospeech.markov import semi
+from cospeech.markov import hsmm
 from cospeech.synthesis import System
 from cospeech.synthesis.result import Synthesis, of_path
 from cospeech.synthesis.speech import Speech, random_source
@@ -19,7 +19,7 @@ SYSTEM = System(
 
 
 def synthesise(
-    model: semi.SemiMarkov, speech: Speech, weight: float, censoring: semi.Censoring, seed: int
+    model: hsmm.SemiMarkov, speech: Speech, weight: float, censoring: hsmm.Censoring, seed: int
 ) -> Synthesis:
     """Return a path drawn with probability proportional to exp(score); its own score is the ``log_score``.
 
@@ -28,4 +28,4 @@ def synthesise(
     seed : the run's seed; what is drawn depends on it, on the record and on the speech that is heard.
     """
     rng = random_source(seed, SYSTEM.name, speech.record)
-    return of_path(semi.sample(model, speech.labels, rng, weight, censoring), speech, weight, censoring)
+    return of_path(hsmm.sample(model, speech.labels, rng, weight, censoring), speech, weight, censoring)

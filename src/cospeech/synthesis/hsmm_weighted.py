@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cospeech.markov import semi
+from cospeech.markov import hsmm
 from cospeech.synthesis import System
 from cospeech.synthesis.agreement import agreements
 from cospeech.synthesis.fold import Fold
@@ -29,10 +29,10 @@ INNER_FOLDS = 4
 
 def choose_weight(
     fold: Fold,
-    counted: Mapping[str, semi.Counts],
+    counted: Mapping[str, hsmm.Counts],
     how: Estimate,
     weights: Sequence[float],
-    censoring: semi.Censoring,
+    censoring: hsmm.Censoring,
 ) -> float:
     """Return the emission weight that serves the training records best when each is held out in its turn.
 
@@ -60,15 +60,15 @@ def choose_weight(
 
 def best_weight(
     fold: Fold,
-    model_of: Mapping[str, semi.SemiMarkov],
+    model_of: Mapping[str, hsmm.SemiMarkov],
     weights: Sequence[float],
-    censoring: semi.Censoring,
+    censoring: hsmm.Censoring,
 ) -> float:
     """Return the weight with the best mean agreement, ``model_of`` each training record being its model."""
 
     choices = sorted(weights, reverse=True)
     found = [
-        agreements(actual, semi.decode_each(model_of[name], fold.speech[name], choices, censoring))
+        agreements(actual, hsmm.decode_each(model_of[name], fold.speech[name], choices, censoring))
         for name, actual in fold.gestures.items()
     ]
     means = [float(np.mean(of_weight)) for of_weight in zip(*found, strict=True)]

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from cospeech import segments
-from cospeech.markov import semi
+from cospeech.data import segments
+from cospeech.markov import hsmm
 from cospeech.synthesis import System
 from cospeech.synthesis.fold import Fold
 from cospeech.synthesis.hsmm_weighted import best_weight
@@ -21,15 +21,15 @@ SYSTEM = System(
 )
 
 
-def planted_model(truth: Mapping[str, pd.DataFrame], actor: str, floor: float) -> semi.SemiMarkov:
+def planted_model(truth: Mapping[str, pd.DataFrame], actor: str, floor: float) -> hsmm.SemiMarkov:
     """Return the planted model of ``actor``, floored like a trained one.
 
     Parameters
     ----------
     truth : planted ``semi.TABLES``, with a column ``actor``.
     """
-    return semi.floored(
-        semi.from_tables({name: table[table["actor"] == actor] for name, table in truth.items()}), floor
+    return hsmm.floored(
+        hsmm.from_tables({name: table[table["actor"] == actor] for name, table in truth.items()}), floor
     )
 
 
@@ -51,7 +51,7 @@ def planted_prosody(planted: pd.DataFrame, found: pd.DataFrame, frame_s: float) 
     )
 
 
-def choose_weight(fold: Fold, model: semi.SemiMarkov, weights: Sequence[float], censoring: semi.Censoring) -> float:
+def choose_weight(fold: Fold, model: hsmm.SemiMarkov, weights: Sequence[float], censoring: hsmm.Censoring) -> float:
     """Return the weight that serves the training records best, as ``hsmm_weighted`` chooses its own.
 
     Parameters

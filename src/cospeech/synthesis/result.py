@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments
-from cospeech.markov import semi
+from cospeech.data import segments
+from cospeech.markov import hsmm
 from cospeech.synthesis.fold import Fold
 from cospeech.synthesis.speech import Speech
 
@@ -20,7 +20,7 @@ class Synthesis(NamedTuple):
     decoding: pd.DataFrame
 
 
-def of_path(path: semi.Path, speech: Speech, weight: float, censoring: semi.Censoring) -> Synthesis:
+def of_path(path: hsmm.Path, speech: Speech, weight: float, censoring: hsmm.Censoring) -> Synthesis:
     """Return the tables of a path through a model that heard ``speech``."""
     return Synthesis(
         segments.from_starts(speech.record, path.starts, path.labels, speech.n_frames, 1 / speech.frame_s),

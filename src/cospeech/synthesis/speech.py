@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech import segments
+from cospeech.data import segments
 from cospeech.errors import UserError
 from cospeech.synthesis import Drive
 

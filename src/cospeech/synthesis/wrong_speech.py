@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cospeech.markov import semi
+from cospeech.markov import hsmm as semi
 from cospeech.synthesis import System, hsmm, hsmm_sampled
 from cospeech.synthesis.result import Synthesis
 from cospeech.synthesis.speech import Speech

@@ -1,0 +1,15 @@
+"""Video of one record: film if there is one, original, synthesised and random side by side, with its sound."""
+
+from cospeech.data import tables
+from cospeech.rendering import video
+from cospeech.workflow import job
+
+with job.run(snakemake) as work:
+    panels = [
+        video.Panel(title, work.read(motion, "motion"), work.read(phrases, "segments"))
+        for title, motion, phrases in zip(work.params["titles"], work.input.motions, work.input.phrases, strict=True)
+    ]
+    caption = f"{work.wildcards.record} · {work.corpus}"
+    with tables.replacing(work.output.video) as path:
+        sound, shot = work.input.get("audio"), work.input.get("shot") or None
+        video.film(path, panels, caption, sound=sound, shot=shot, **work.params["settings"])

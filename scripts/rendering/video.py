@@ -1,0 +1,13 @@
+"""Video of one synthesised record: the body from two sides, with the record's sound."""
+
+from cospeech.data import tables
+from cospeech.rendering import video
+from cospeech.workflow import job
+
+with job.run(snakemake) as work:
+    panel = video.Panel(
+        work.wildcards.system, work.read(work.input.motion, "motion"), work.read(work.input.phrases, "segments")
+    )
+    caption = f"{work.wildcards.record} · {work.corpus}"
+    with tables.replacing(work.output.video) as path:
+        video.film(path, [panel], caption, sound=work.input.get("audio"), **work.params["settings"])

@@ -1,0 +1,14 @@
+"""The prosody clusters of one fold, and the intonation phrases of the actor's records."""
+
+from cospeech.segmentation import labelled_hmm, prosody
+from cospeech.workflow import job
+
+with job.run(snakemake) as work:
+    records = work.params["records"]
+    tables = {record: work.read(path, "prosody") for record, path in zip(records, work.input.prosody, strict=True)}
+    training = [tables[record] for record in work.params["training"]]
+    found = prosody.train(training, *work.params["setting"], work.params["settings"], work.params["seed"])
+    work.say(prosody.summary(found.fit))
+    work.write(prosody.phrases(found.model, tables, work.params["frame_s"]), work.output.segments, "segments")
+    work.write(labelled_hmm.to_table(found.model), work.output.model, "hmm_model")
+    work.write(found.fit, work.output.fit, "hmm_fit")

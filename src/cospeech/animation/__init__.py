@@ -1,1 +1,0 @@
-"""From synthesised phrases to a moving body: unit selection, smoothing, figures, video (Özkul 2012, chapter 6)."""

@@ -1,0 +1,289 @@
+"""Calibration from films of a ChArUco board, which brings its own metre.
+
+Each camera is calibrated inside from the board's corners (Z. Zhang, A flexible new technique for camera calibration,
+PAMI 2000), cameras are joined over the boards that two of them saw at the same time, and the poses of cameras and
+boards are adjusted together, each board rigid.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.capture.calibration import bundle_adjustment, robust_bundle, world_frame
+from cospeech.errors import UserError
+from cospeech.geometry.camera import Camera
+from cospeech.geometry.rotation import angles_deg, from_vectors, to_vectors
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Plane = npt.NDArray[np.uint8]
+
+INCH_M = 0.0254
+LEAST_CORNERS = 6
+"""Fewest corners of a board whose pose is used."""
+LEAST_BOARDS = 8
+"""Fewest boards that determine the inside of a camera."""
+LEAST_SHARED = 4
+"""Fewest boards that join two cameras."""
+LEAST_AGREEING = 40
+"""Fewest corners in which a camera agrees with others."""
+WIDE = 0.005
+"""First outlier threshold, relative to the picture's diagonal."""
+FEW = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+"""Square pixels, k1 and k2: what boards in a part of the picture determine."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A ChArUco board: squares across and down, their side and that of a marker, whether printed white on black."""
+
+    columns: int
+    rows: int
+    square_m: float
+    marker_m: float
+    dictionary: str
+    inverted: bool = False
+
+    @property
+    def made(self) -> cv2.aruco.CharucoBoard:
+        """The board as OpenCV knows it."""
+        markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self.dictionary))
+        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, markers)
+
+    @property
+    def corners_m(self) -> Floats:
+        """The inner corners (K, 3) in the board's frame, metres."""
+        return np.asarray(self.made.getChessboardCorners(), dtype=float)
+
+
+def read(path: str | Path) -> Board:
+    """Return a board from caliscope's TOML file: columns, rows, aruco_scale, dictionary, inverted, a square's side.
+
+    Raises
+    ------
+    UserError : where the file is missing, no TOML or incomplete.
+    """
+    path = Path(path)
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        columns, rows = int(raw["columns"]), int(raw["rows"])
+        unit = {"inch": INCH_M, "cm": 0.01}[raw.get("units", "cm")]
+        square = raw.get("square_size_override_cm", 0.0) / 100 or unit * min(
+            raw["board_width"] / columns, raw["board_height"] / rows
+        )
+        dictionary = raw["dictionary"]
+        board = Board(columns, rows, square, square * raw["aruco_scale"], dictionary, raw.get("inverted", False))
+        if columns < 2 or rows < 2 or not 0 < board.marker_m < square or not hasattr(cv2.aruco, dictionary):
+            raise ValueError("sizes or dictionary make no board")
+    except FileNotFoundError as error:
+        raise UserError(f"{path}: no such board; give the path of its definition") from error
+    except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: no definition of a board ({error}); see charuco.toml of caliscope") from error
+    return board
+
+
+def detect(board: Board, pictures: Iterable[Plane]) -> Floats:
+    """Return the corners (T, K, 2) in pixels of each picture's plane Y (H, W), NaN where not seen."""
+    detector = cv2.aruco.CharucoDetector(board.made)
+    found = []
+    for picture in pictures:
+        corners, names, _, _ = detector.detectBoard(255 - picture if board.inverted else picture)
+        pixels = np.full((len(board.corners_m), 2), np.nan)
+        if names is not None and len(names):
+            pixels[np.ravel(names)] = corners.reshape(-1, 2)
+        found.append(pixels)
+    return np.array(found).reshape(-1, len(board.corners_m), 2)
+
+
+def sightings(board: Board, camera: str, pictures: Iterable[Plane]) -> pd.DataFrame:
+    """Return the rows of the table ``corners`` (camera, frame, corner, x_px, y_px) of one film, where seen."""
+    corners = detect(board, pictures)
+    frames, seen = np.nonzero(~np.isnan(corners[..., 0]))
+    x, y = corners[frames, seen].T
+    return pd.DataFrame({"camera": camera, "frame": frames, "corner": seen, "x_px": x, "y_px": y})
+
+
+def observations(board: Board, table: pd.DataFrame, names: Sequence[str]) -> Floats:
+    """Return the corners (C, T, K, 2) in pixels of a table ``corners``, NaN where not seen; frames count from 0."""
+    n_frames = int(table["frame"].max()) + 1 if len(table) else 0
+    corners = np.full((len(names), n_frames, len(board.corners_m), 2), np.nan)
+    rows = pd.Index(names).get_indexer(pd.Index(table["camera"]))
+    corners[rows, table["frame"], table["corner"]] = table[["x_px", "y_px"]]
+    return corners
+
+
+def lying(
+    board: Board, cameras: Sequence[Camera], corners_m: Floats, facts: Sequence[Mapping[str, int]]
+) -> world_frame.Similarity:
+    """Return the change to axes in which the board lies face up at the origin, columns to the left and rows ahead.
+
+    Parameters
+    ----------
+    cameras, corners_m : from ``calibrate``, the corners (T K, 3).
+    facts : the ``origin_frame`` in which it lies so; without it the axes are those of ``axes.before``.
+
+    Raises
+    ------
+    UserError : where the board is not found in that frame.
+    """
+    if not facts:
+        return world_frame.before(cameras[0])
+    frame = facts[0]["origin_frame"]
+    found = corners_m.reshape(-1, len(board.corners_m), 3)
+    found = found[frame] if frame < len(found) else np.empty((0, 3))
+    seen = ~np.isnan(found[:, 0])
+    if seen.sum() < LEAST_CORNERS:
+        raise UserError(
+            f"calibration: the board is not found in frame {frame}, where it is said to lie; state another"
+        )
+    return world_frame.fit(found[seen], board.corners_m[seen][:, [0, 2, 1]])
+
+
+def calibrate(
+    board: Board,
+    names: Sequence[str],
+    corners: Floats,
+    sizes_px: Sequence[tuple[int, int]],
+    insides: Sequence[Camera] | None = None,
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return the cameras in metres, near the frame of the first, the corners (T K, 3) and what was used (C, T K).
+
+    Parameters
+    ----------
+    corners : pixels (C, T, K, 2) of K corners in T pictures that C cameras took together, NaN where not seen.
+    insides : cameras whose focal length, principal point and lens are known from elsewhere; their poses do not count.
+
+    Raises
+    ------
+    UserError : where a camera saw too few boards, or none together with the others.
+    """
+    if insides is None:
+        insides = [inside(board, *own) for own in zip(names, sizes_px, corners, strict=True)]
+    poses = np.array([_poses(board, camera, own) for camera, own in zip(insides, corners, strict=True)])
+    cameras = _join(insides, poses)
+    cameras, boards, used = _fit(board, cameras, _places(cameras, poses, corners), corners)
+    for name, agreeing in zip(names, used.sum(axis=(1, 2)), strict=True):
+        if agreeing < LEAST_AGREEING:
+            raise UserError(
+                f"calibration: {agreeing} corners of camera {name} agree with the other cameras, at least "
+                f"{LEAST_AGREEING} are needed; start the films together, and move the board slowly"
+            )
+    return cameras, _corners(board, boards).reshape(-1, 3), used.reshape(len(names), -1)
+
+
+def inside(board: Board, name: str, size_px: tuple[int, int], corners: Floats) -> Camera:
+    """Return a camera with focal length, principal point, k1 and k2 from the corners (T, K, 2) that it saw.
+
+    Raises
+    ------
+    UserError : where it saw too few boards.
+    """
+    seen = ~np.isnan(corners[..., 0])
+    boards = np.flatnonzero(seen.sum(axis=1) >= LEAST_CORNERS)
+    if len(boards) < LEAST_BOARDS:
+        raise UserError(
+            f"calibration: camera {name} saw {len(boards)} boards with {LEAST_CORNERS} corners or more, at least "
+            f"{LEAST_BOARDS} are needed; check the board's definition, or film it again, nearer and tilted"
+        )
+    objects = [board.corners_m[seen[b]].astype(np.float32) for b in boards]
+    pixels = [corners[b][seen[b]].astype(np.float32) for b in boards]
+    middle = (np.array(size_px) - 1.0) / 2.0
+    start = np.array([[size_px[0], 0.0, middle[0]], [0.0, size_px[0], middle[1]], [0.0, 0.0, 1.0]])
+    _, k, lens, _, _ = cv2.calibrateCamera(objects, pixels, size_px, start, np.zeros(5), flags=FEW)
+    k1, k2, p1, p2, k3 = lens.ravel()[:5].tolist()
+    return Camera(
+        name, size_px, (float(k[0, 0]), float(k[1, 1])), (float(k[0, 2]), float(k[1, 2])), (k1, k2, p1, p2, k3)
+    )
+
+
+def _poses(board: Board, camera: Camera, corners: Floats) -> Floats:
+    """Return the poses (T, 4, 4), board to camera, of boards with corners (T, K, 2); NaN where too few are seen."""
+    poses = np.full((len(corners), 4, 4), np.nan)
+    seen = ~np.isnan(corners[..., 0])
+    for b in np.flatnonzero(seen.sum(axis=1) >= LEAST_CORNERS):
+        solved, turn, shift = cv2.solvePnP(
+            board.corners_m[seen[b]], corners[b][seen[b]], camera.intrinsic, np.array(camera.lens)
+        )
+        if solved:
+            poses[b] = np.eye(4)
+            poses[b, :3, :3], poses[b, :3, 3] = from_vectors(turn.ravel().astype(float)), shift.ravel()
+    return poses
+
+
+def _join(cameras: Sequence[Camera], poses: Floats) -> list[Camera]:
+    """Return the cameras in the frame of the first, joined where most boards are shared, from poses (C, T, 4, 4)."""
+    seen = ~np.isnan(poses[..., 0, 0])
+    placed = {0: np.eye(4)}
+    while len(placed) < len(cameras):
+        shared = {
+            (i, j): int((seen[i] & seen[j]).sum()) for i in placed for j in range(len(cameras)) if j not in placed
+        }
+        (i, j), most = max(shared.items(), key=lambda item: (item[1], item[0]))
+        if most < LEAST_SHARED:
+            raise UserError(
+                f"calibration: camera {cameras[j].name} shares {most} boards with the others, at least "
+                f"{LEAST_SHARED} are needed; show the board to neighbouring cameras together"
+            )
+        steps = poses[j][seen[i] & seen[j]] @ np.linalg.inv(poses[i][seen[i] & seen[j]])
+        placed[j] = _middle(steps) @ placed[i]
+    joined = []
+    for number, camera in enumerate(cameras):
+        turn, shift = to_vectors(placed[number][:3, :3]), placed[number][:3, 3]
+        joined.append(replace(camera, turn=tuple(turn.tolist()), shift_m=tuple(shift.tolist())))
+    return joined
+
+
+def _middle(steps: Floats) -> Floats:
+    """Return that one of the poses (n, 4, 4) which is least far from all others, by rotation and by place."""
+    turns = steps[:, :3, :3]
+    turned = np.radians(angles_deg(turns[:, None] @ np.swapaxes(turns, 1, 2))).sum(axis=0)
+    places = steps[:, :3, 3]
+    moved = np.linalg.norm(places[:, None] - places, axis=2).sum(axis=1) / np.linalg.norm(places, axis=1).mean()
+    return steps[int(np.argmin(turned + moved))]
+
+
+def _places(cameras: Sequence[Camera], poses: Floats, corners: Floats) -> Floats:
+    """Return where the boards are in the world (T, 3, 4), as the camera says that saw most corners of each."""
+    n_seen = np.where(np.isnan(poses[..., 0, 0]), 0, (~np.isnan(corners[..., 0])).sum(axis=2))
+    boards = np.full((corners.shape[1], 3, 4), np.nan)
+    for b in np.flatnonzero(n_seen.any(axis=0)):
+        best = int(np.argmax(n_seen[:, b]))
+        boards[b] = (np.linalg.inv(np.vstack([cameras[best].pose, [0, 0, 0, 1]])) @ poses[best, b])[:3]
+    return boards
+
+
+def _corners(board: Board, boards: Floats) -> Floats:
+    """Return the corners (T, K, 3) of boards (T, 3, 4) in the world."""
+    return np.einsum("tij,kj->tki", boards[:, :, :3], board.corners_m) + boards[:, None, :, 3]
+
+
+def _fit(
+    board: Board, cameras: Sequence[Camera], boards: Floats, corners: Floats
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return cameras, boards (T, 3, 4) and used corners (C, T, K) that fit best, in rounds as ``rounds.rounds``.
+
+    A board stays rigid, of its stated size: six numbers for each, whatever it shows of itself. Views from which
+    cameras out of step saw a moving board disagree, and are left out like other outliers.
+    """
+    rig = bundle_adjustment.from_cameras(cameras)
+    threshold = WIDE * max(float(np.hypot(*camera.size_px)) for camera in cameras)
+    for _ in range(robust_bundle.ROUNDS):
+        flat = corners.reshape(len(cameras), -1, 2)
+        distances = bundle_adjustment.residuals(rig, _corners(board, boards).reshape(-1, 3), flat).reshape(
+            corners.shape[:3]
+        )
+        used = distances < threshold
+        used &= (used.sum(axis=2) >= LEAST_CORNERS)[:, :, None]
+        used &= (used.any(axis=2).sum(axis=0) >= 2)[:, None]
+        rig, boards = bundle_adjustment.adjust_bodies(rig, boards, board.corners_m, corners, used, free=())
+        taken = len(bundle_adjustment.POSE) * (int(used.any(axis=(0, 2)).sum()) + len(cameras))
+        threshold = min(threshold, robust_bundle.OUTLYING * robust_bundle.noise(distances[used], taken))
+    return bundle_adjustment.to_cameras(rig, cameras), boards, used

@@ -1,0 +1,101 @@
+"""Self-calibration of a rig from points that its cameras saw at the same time, such as a roaming laser spot.
+
+The way of T. Svoboda, D. Martinec and T. Pajdla, A convenient multicamera self-calibration for virtual environments,
+Presence 2005: trusted observations by pairwise epipolar geometry, projective factorisation with missing data,
+Euclidean upgrade, and bundle adjustment with the lens in rounds that leave out fewer and fewer outliers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture.calibration import bundle_adjustment, consensus, epipolar, factorisation, quality, robust_bundle
+from cospeech.capture.calibration.metric_upgrade import upgrade
+from cospeech.geometry.camera import Camera
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+WIDE = 0.005
+"""First outlier threshold, relative to the picture's diagonal: the lens is not known yet."""
+FOCAL_GUESSES = (1.0, 0.6, 1.7, 3.0)
+"""Focal lengths that the upgrade is tried with, relative to the longer side of the picture."""
+STARTS = 6
+"""Chains of subsets that are tried."""
+ENOUGH = 0.9
+"""Share of the trusted observations with which a start is taken without trying others."""
+
+
+def calibrate(
+    names: list[str], observations: Floats, sizes_px: list[tuple[int, int]], seed: int = 0
+) -> tuple[list[Camera], Floats, Mask]:
+    """Return the cameras, the points (N, 3) and which observations (C, N) they rest on.
+
+    The frame is that of the first camera, and the unit the mean distance of the other cameras from it: see ``axes``.
+
+    Parameters
+    ----------
+    names, sizes_px : of the C cameras.
+    observations : pixels (C, N, 2) of N points, NaN where not seen.
+
+    Raises
+    ------
+    UserError : where the observations cannot determine the rig.
+    """
+    quality.require_common_points(names, observations)
+    rng = np.random.default_rng(seed)
+    diagonal = float(np.hypot(*np.max(sizes_px, axis=0)))
+    pairs, trusted = epipolar.vote(observations, WIDE * diagonal, rng)
+    quality.require_linked(names, trusted)
+    cameras = _start(names, observations, sizes_px, pairs, trusted, rng)
+    cameras, points, used = robust_bundle.rounds(cameras, observations, WIDE * diagonal)
+    quality.require_determined(cameras, points, used, observations)
+    return cameras, points, used
+
+
+def _start(
+    names: list[str],
+    observations: Floats,
+    sizes_px: list[tuple[int, int]],
+    pairs: dict[tuple[int, int], Floats],
+    trusted: Mask,
+    rng: np.random.Generator,
+) -> list[Camera]:
+    """Return the first cameras, without lens, that most trusted observations agree with."""
+    unit = float(np.max(sizes_px))
+    middles = (np.array(sizes_px, dtype=float) - 1.0) / 2.0
+    flat = (observations - middles[:, None]) / unit
+    to_pixels = np.array([[[unit, 0.0, x], [0.0, unit, y], [0.0, 0.0, 1.0]] for x, y in middles])
+    flat_pairs = {(i, j): to_pixels[j].T @ f @ to_pixels[i] for (i, j), f in pairs.items()}
+    seen = np.where(trusted[..., None], observations, np.nan)
+    threshold = WIDE * float(np.hypot(*np.max(sizes_px, axis=0)))
+    best, most = None, -1
+    for projective, points in factorisation.chains(flat, trusted, flat_pairs, rng, STARTS):
+        for guess in FOCAL_GUESSES:
+            found = upgrade(projective, points[~np.isnan(points[:, 0])], guess)
+            if found is None:
+                continue
+            focals, rotations, shifts, _ = found
+            rig = _normal(focals * unit, middles, rotations, shifts)
+            blank = [Camera(n, s, (1.0, 1.0), (0.0, 0.0)) for n, s in zip(names, sizes_px, strict=True)]
+            cameras = bundle_adjustment.to_cameras(rig, blank)
+            for wide in (4.0, 2.0):
+                cameras, _, _ = robust_bundle.adjust(cameras, seen, wide * threshold, iterations=15)
+            _, used = consensus.agree(cameras, seen, threshold)
+            if used.sum() > most:
+                best, most = cameras, int(used.sum())
+            if most >= ENOUGH * trusted.sum():
+                return cameras
+    if best is None:
+        raise quality.undetermined("no start from any subset of its cameras reaches all of them")
+    return best
+
+
+def _normal(focals: Floats, middles: Floats, rotations: Floats, shifts: Floats) -> bundle_adjustment.Rig:
+    """Return the rig in the frame of its first camera, the others at mean distance one."""
+    inner = np.zeros((len(focals), bundle_adjustment.N_INNER))
+    inner[:, 0], inner[:, 1], inner[:, 2:4] = focals, 1.0, middles
+    turned = rotations @ rotations[0].T
+    shifted = shifts - turned @ shifts[0]
+    return bundle_adjustment.Rig(inner, turned, shifted / np.linalg.norm(shifted[1:], axis=1).mean())

@@ -1,0 +1,313 @@
+"""Inverse kinematics: the pose of the body model that best explains the markers of a frame, frame by frame.
+
+Levenberg-Marquardt (Marquardt 1963; Nocedal and Wright 2006, 10.3) on
+
+    sum_m |x_m(q) - seen_m|^2 / tolerance_m^2  +  sum_d moved_d^2 / pace_d^2,
+
+where a step turns a ball joint by exp(step) in its own frame, so that no pose locks, and ``moved`` is the sum of the
+steps since the frame before. The second term says how far a body goes in a frame; it leaves what is seen as it is,
+and holds still what is not: a lost marker's part, the turn of a straight arm about itself.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture.fitting import body_model
+from cospeech.capture.fitting.body_model import BALL, FREE, HINGE_X, HINGE_Z, KINDS, PARENTS, UPRIGHT, BodyModel
+from cospeech.kernels.jit import njit
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+TURN_PACE, SLIDE_PACE_M = 0.35, 0.1
+"""How far a joint turns (radians) and a free part goes in one frame, as a standard deviation."""
+
+AT_FIRST = 100.0
+"""How many times further from the static pose the first frame may be."""
+
+STEPS = 60
+SMALL = 1e-7
+"""Steps of a frame at most, and the step (radians, metres) that ends them."""
+
+
+def _freedoms() -> tuple[Integers, Integers, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Return the part and axis of each freedom (D,), whether it slides (D,), and which parts it moves (D, P)."""
+    axes = {FREE: (0, 1, 2), BALL: (0, 1, 2), HINGE_X: (0,), HINGE_Z: (2,), UPRIGHT: ()}
+    freedoms = [(part, axis, False) for part, kind in enumerate(KINDS) for axis in axes[kind]]
+    freedoms += [(part, axis, True) for part, kind in enumerate(KINDS) if kind == FREE for axis in range(3)]
+    moves = np.zeros((len(freedoms), len(KINDS)), dtype=np.bool_)
+    for d, (owner, _, slides) in enumerate(freedoms):
+        for part, parent in enumerate(PARENTS):
+            held = not slides and KINDS[part] == UPRIGHT
+            moves[d, part] = part == owner or (parent >= 0 and moves[d, parent] and not held)
+    parts, chosen, sliding = zip(*freedoms, strict=True)
+    return np.array(parts), np.array(chosen), np.array(sliding), moves
+
+
+PART, AXIS, SLIDES, MOVES = _freedoms()
+PACE: Floats = np.where(SLIDES, SLIDE_PACE_M, TURN_PACE)
+
+
+ELBOWS: Integers = np.array([p for p, kind in enumerate(KINDS) if kind == HINGE_X and KINDS[PARENTS[p]] == BALL])
+
+BACKWARD = np.radians(5.0)
+"""How far an elbow bends backward. Further, it is an arm turned by half a turn about itself: three markers, of the
+trunk, elbow and hand, lie in one plane both ways."""
+
+
+START = np.radians(-60.0)
+"""Bend of the elbows from which the first frame is sought: that of a straight arm leaves open which way it turns."""
+
+
+class Poses(NamedTuple):
+    """Solved frames: orientation (T, P, 3, 3) and place (T, P, 3) of every part in the world, and the misfit (T,).
+
+    The misfit is the root mean square distance in metres of the rigid markers from where the pose puts them; NaN
+    where none is seen. ``steps`` (T,) counts the steps taken.
+    """
+
+    turns: Floats
+    places_m: Floats
+    misfit_m: Floats
+    steps: Integers
+
+
+def solve(model: BodyModel, seen_m: Floats) -> Poses:
+    """Return the poses of ``model`` for markers ``seen_m`` (T, M, 3) in metres, NaN where lost."""
+    weight = 1.0 / body_model.TOLERANCES_M
+    seen_m = np.where(np.isnan(model.marker_places_m), np.nan, seen_m)  # what is not worn is not seen
+    turns, places, steps = _solve(
+        model.offsets_m, model.marker_places_m, weight, np.ascontiguousarray(seen_m),
+        PARENTS, KINDS, body_model.MARKER_PART, PART, AXIS, SLIDES, MOVES, PACE, ELBOWS,
+    )  # fmt: skip
+    part = body_model.MARKER_PART
+    modelled = places[:, part] + np.einsum("tmij,mj->tmi", turns[:, part], model.marker_places_m)
+    square = ((modelled - seen_m) ** 2).sum(axis=2)[:, body_model.TOLERANCES_M == body_model.RIGID_M]
+    count = (~np.isnan(square)).sum(axis=1)
+    misfit = np.sqrt(np.nansum(square, axis=1) / np.where(count > 0, count, np.nan))
+    return Poses(turns, places, misfit, steps)
+
+
+@njit
+def _place(turn, slide, offsets, parents, kinds, turns, places):  # type: ignore[no-untyped-def]
+    """Put every part into the world: fill ``turns`` (P, 3, 3) and ``places`` (P, 3) from the joints' own."""
+    for part in range(len(parents)):
+        parent = parents[part]
+        if parent < 0:
+            turns[part] = turn[part]
+            places[part] = slide[part]
+            continue
+        for i in range(3):
+            total = places[parent, i]
+            for k in range(3):
+                if kinds[part] == UPRIGHT:
+                    turns[part, i, k] = 1.0 if i == k else 0.0
+                else:
+                    total += turns[parent, i, k] * offsets[part, k]
+                    value = 0.0
+                    for j in range(3):
+                        value += turns[parent, i, j] * turn[part, j, k]
+                    turns[part, i, k] = value
+            places[part, i] = total + offsets[part, i] if kinds[part] == UPRIGHT else total
+
+
+@njit
+def _turn_by(turn, step):  # type: ignore[no-untyped-def]
+    """Replace ``turn`` (3, 3) by turn exp(step), step (3,) in radians (Rodrigues)."""
+    x, y, z = step
+    angle = np.sqrt(x * x + y * y + z * z)
+    if angle < 1e-12:
+        return
+    x, y, z = x / angle, y / angle, z / angle
+    c, s = np.cos(angle), np.sin(angle)
+    v = 1.0 - c
+    for i in range(3):
+        a, b, d = turn[i, 0], turn[i, 1], turn[i, 2]
+        turn[i, 0] = a * (c + x * x * v) + b * (y * x * v + z * s) + d * (z * x * v - y * s)
+        turn[i, 1] = a * (x * y * v - z * s) + b * (c + y * y * v) + d * (z * y * v + x * s)
+        turn[i, 2] = a * (x * z * v + y * s) + b * (y * z * v - x * s) + d * (c + z * z * v)
+
+
+@njit
+def _step(turn, slide, step, part, axis, slides):  # type: ignore[no-untyped-def]
+    """Move the joints by ``step`` (D,)."""
+    rotation = np.zeros((len(turn), 3))
+    for d in range(len(step)):
+        if slides[d]:
+            slide[part[d], axis[d]] += step[d]
+        else:
+            rotation[part[d], axis[d]] = step[d]
+    for p in range(len(turn)):
+        _turn_by(turn[p], rotation[p])
+
+
+@njit
+def _residuals(turns, places, marker_part, marker_place, weight, seen, residual):  # type: ignore[no-untyped-def]
+    """Fill ``residual`` (M, 3), weighted, zero where a marker is lost; return the sum of its squares."""
+    total = 0.0
+    for m in range(len(marker_part)):
+        p = marker_part[m]
+        for i in range(3):
+            if np.isnan(seen[m, 0]):
+                residual[m, i] = 0.0
+                continue
+            value = places[p, i] - seen[m, i]
+            for k in range(3):
+                value += turns[p, i, k] * marker_place[m, k]
+            residual[m, i] = value * weight[m]
+            total += residual[m, i] ** 2
+    return total
+
+
+@njit
+def _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis, slides, moves, jacobian):  # type: ignore[no-untyped-def]
+    """Fill ``jacobian`` (M, 3, D): by how much a step in each freedom moves each weighted residual."""
+    jacobian[:] = 0.0
+    for m in range(len(marker_part)):
+        if np.isnan(seen[m, 0]):
+            continue
+        p, w = marker_part[m], weight[m]
+        x, y, z = places[p]
+        for k in range(3):
+            x += turns[p, 0, k] * marker_place[m, k]
+            y += turns[p, 1, k] * marker_place[m, k]
+            z += turns[p, 2, k] * marker_place[m, k]
+        for d in range(len(part)):
+            if not moves[d, p]:
+                continue
+            owner, a = part[d], axis[d]
+            if slides[d]:
+                jacobian[m, a, d] = w
+                continue
+            u, v, t = turns[owner, 0, a], turns[owner, 1, a], turns[owner, 2, a]
+            rx, ry, rz = x - places[owner, 0], y - places[owner, 1], z - places[owner, 2]
+            jacobian[m, 0, d] = w * (v * rz - t * ry)
+            jacobian[m, 1, d] = w * (t * rx - u * rz)
+            jacobian[m, 2, d] = w * (u * ry - v * rx)
+
+
+@njit
+def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: ignore[no-untyped-def]
+    """Fill ``square`` (D, D) with J^T J, its lower half, and ``gradient`` (D,) with J^T r."""
+    n = len(gradient)
+    square[:] = 0.0
+    gradient[:] = 0.0
+    for m in range(len(marker_part)):
+        p = marker_part[m]
+        for d in range(n):
+            if not moves[d, p]:
+                continue
+            a, b, c = jacobian[m, 0, d], jacobian[m, 1, d], jacobian[m, 2, d]
+            gradient[d] += a * residual[m, 0] + b * residual[m, 1] + c * residual[m, 2]
+            for e in range(d + 1):
+                if moves[e, p]:
+                    square[d, e] += a * jacobian[m, 0, e] + b * jacobian[m, 1, e] + c * jacobian[m, 2, e]
+
+
+@njit
+def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-def]
+    """Fill ``solution`` (D,) of square x = right; only the lower half of the positive definite square is read."""
+    n = len(right)
+    for i in range(n):
+        for j in range(i + 1):
+            value = square[i, j]
+            for k in range(j):
+                value -= lower[i, k] * lower[j, k]
+            lower[i, j] = np.sqrt(value) if i == j else value / lower[j, j]
+    for i in range(n):
+        value = right[i]
+        for k in range(i):
+            value -= lower[i, k] * solution[k]
+        solution[i] = value / lower[i, i]
+    for i in range(n - 1, -1, -1):
+        value = solution[i]
+        for k in range(i + 1, n):
+            value -= lower[k, i] * solution[k]
+        solution[i] = value / lower[i, i]
+
+
+@njit
+def _minimise(  # type: ignore[no-untyped-def]
+    turn, slide, hold, seen, offsets, marker_place, weight, parents, kinds, marker_part, part, axis, slides, moves
+):
+    """Move the joints, ``turn`` (P, 3, 3) and ``slide`` (P, 3), to the least cost; return the number of steps."""
+    n = len(part)
+    turns, places = np.empty((len(parents), 3, 3)), np.empty((len(parents), 3))
+    residual, jacobian = np.empty((len(marker_part), 3)), np.empty((len(marker_part), 3, n))
+    square, damped, lower = np.empty((n, n)), np.empty((n, n)), np.zeros((n, n))
+    gradient, step, moved = np.empty(n), np.empty(n), np.zeros(n)
+    _place(turn, slide, offsets, parents, kinds, turns, places)
+    cost = _residuals(turns, places, marker_part, marker_place, weight, seen, residual)
+    damping, better = 1e-6, True
+    count = 0
+    while count < STEPS:
+        count += 1
+        if better:
+            _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis, slides, moves, jacobian)
+            _normal(jacobian, residual, moves, marker_part, square, gradient)
+            for d in range(n):
+                square[d, d] += hold[d]
+                gradient[d] += hold[d] * moved[d]
+        damped[:] = square
+        for d in range(n):
+            damped[d, d] += damping * square[d, d]
+        _cholesky_solve(damped, -gradient, lower, step)
+        tried_turn, tried_slide = turn.copy(), slide.copy()
+        _step(tried_turn, tried_slide, step, part, axis, slides)
+        _place(tried_turn, tried_slide, offsets, parents, kinds, turns, places)
+        tried = _residuals(turns, places, marker_part, marker_place, weight, seen, residual)
+        tried += (hold * (moved + step) ** 2).sum()
+        better = tried <= cost
+        if better:
+            turn[:], slide[:], cost = tried_turn, tried_slide, tried
+            moved += step
+            damping *= 0.1
+        else:
+            damping = max(damping, 1e-9) * 10.0
+        if np.abs(step).max() < SMALL:
+            break
+    return count
+
+
+@njit
+def _turn_over(turn, elbows, parents):  # type: ignore[no-untyped-def]
+    """Turn each arm by half a turn whose elbow is bent backward, and bend it forward; say whether any was."""
+    any_was = False
+    for p in elbows:
+        bend = np.arctan2(turn[p, 2, 1], turn[p, 1, 1])
+        if bend > BACKWARD:
+            _turn_by(turn[parents[p]], np.array([0.0, np.pi, 0.0]))
+            _turn_by(turn[p], np.array([-2.0 * bend, 0.0, 0.0]))
+            any_was = True
+    return any_was
+
+
+@njit
+def _solve(  # type: ignore[no-untyped-def]
+    offsets, marker_place, weight, seen, parents, kinds, marker_part, part, axis, slides, moves, pace, elbows
+):
+    """Return orientation (T, P, 3, 3), place (T, P, 3) and number of steps (T,) of all frames."""
+    n_parts = len(parents)
+    turn, slide = np.zeros((n_parts, 3, 3)), offsets.copy()
+    for p in range(n_parts):
+        for i in range(3):
+            turn[p, i, i] = 1.0
+    for p in elbows:
+        _turn_by(turn[p], np.array([START, 0.0, 0.0]))
+    turns, places = np.empty((len(seen), n_parts, 3, 3)), np.empty((len(seen), n_parts, 3))
+    counts = np.zeros(len(seen), dtype=np.int64)
+    for t in range(len(seen)):
+        hold = 1.0 / (pace * (AT_FIRST if t == 0 else 1.0)) ** 2
+        for again in range(2):
+            if again and not _turn_over(turn, elbows, parents):
+                break
+            counts[t] += _minimise(
+                turn, slide, hold, seen[t], offsets, marker_place, weight, parents, kinds, marker_part, part, axis,
+                slides, moves,
+            )  # fmt: skip
+        _place(turn, slide, offsets, parents, kinds, turns[t], places[t])
+    return turns, places, counts

@@ -1,0 +1,1 @@
+"""From films to markers in every view and in space."""

@@ -1,0 +1,105 @@
+"""Coloured blobs in a part of a picture: shares of one colour, connected components, their centroids."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.kernels.jit import njit
+
+Floats = npt.NDArray[np.float64]
+Plane = npt.NDArray[np.uint8]
+Box = tuple[int, int, int, int]
+
+
+@njit
+def shares(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats) -> Floats:
+    """Return how much of one colour each pixel of ``box`` (left, top, right, bottom) shows; 1 is full, in full light.
+
+    ``across`` and ``share`` are those of a ``colour.Mixer``. The box lies inside the picture.
+    """
+    left, top, right, bottom = box
+    amount = np.empty((bottom - top, right - left))
+    for row in range(bottom - top):
+        for column in range(right - left):
+            amount[row, column] = _share(y, cb, cr, top + row, left + column, across, share)
+    return amount
+
+
+@njit
+def _share(y: Plane, cb: Plane, cr: Plane, row: int, column: int, across: Floats, share: Floats) -> float:
+    light, blue, red = float(y[row, column]), float(cb[row, column]) - 128.0, float(cr[row, column]) - 128.0
+    side = 1 if across[0] * blue + across[1] * red > 0.0 else 0
+    return share[side, 0] * light + share[side, 1] * blue + share[side, 2] * red
+
+
+@njit
+def label(amount: Floats, least: float) -> tuple[npt.NDArray[np.int32], int]:
+    """Return the number of each pixel's blob, from 1, and how many there are: 4-neighbours of ``least`` or more.
+
+    Pixels below are 0. Blobs are numbered in reading order of their first pixel.
+    """
+    height, width = amount.shape
+    blob = np.zeros((height, width), dtype=np.int32)
+    stack = np.empty((height * width, 2), dtype=np.int32)
+    count = 0
+    for row in range(height):
+        for column in range(width):
+            if blob[row, column] != 0 or amount[row, column] < least:
+                continue
+            count += 1
+            blob[row, column] = count
+            stack[0, 0], stack[0, 1], depth = row, column, 1
+            while depth > 0:
+                depth -= 1
+                i, j = stack[depth, 0], stack[depth, 1]
+                for side in range(4):
+                    m = i + (side == 0) - (side == 1)
+                    n = j + (side == 2) - (side == 3)
+                    inside = 0 <= m < height and 0 <= n < width
+                    if inside and blob[m, n] == 0 and amount[m, n] >= least:
+                        blob[m, n] = count
+                        stack[depth, 0], stack[depth, 1] = m, n
+                        depth += 1
+    return blob, count
+
+
+@njit
+def find(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats, least: float, step: int) -> Floats:
+    """Return the blobs (n, 3) of one colour that reach into ``box``: x and y of the centroid, and the pixels.
+
+    A blob is what hangs together in ``box`` by 4-neighbours with a share of ``least`` or more; its centroid is
+    weighted with the shares. Blobs are sought at every ``step``-th pixel of every ``step``-th row, in reading order:
+    one that is narrower may be missed.
+    """
+    left, top, right, bottom = box
+    width, height = right - left, bottom - top
+    known = np.zeros((height, width), dtype=np.bool_)
+    stack = np.empty((height * width, 2), dtype=np.int32)
+    found = np.empty((((height + step - 1) // step) * ((width + step - 1) // step), 3))
+    count = 0
+    for row in range(0, height, step):
+        for column in range(0, width, step):
+            if known[row, column] or _share(y, cb, cr, top + row, left + column, across, share) < least:
+                continue
+            sum_x, sum_y, weight, pixels = 0.0, 0.0, 0.0, 0
+            known[row, column] = True
+            stack[0, 0], stack[0, 1], depth = row, column, 1
+            while depth > 0:
+                depth -= 1
+                i, j = stack[depth, 0], stack[depth, 1]
+                amount = _share(y, cb, cr, top + i, left + j, across, share)
+                if amount < least:
+                    continue
+                sum_x, sum_y = sum_x + amount * (left + j), sum_y + amount * (top + i)
+                weight, pixels = weight + amount, pixels + 1
+                for side in range(4):
+                    m = i + (side == 0) - (side == 1)
+                    n = j + (side == 2) - (side == 3)
+                    if 0 <= m < height and 0 <= n < width and not known[m, n]:
+                        known[m, n] = True
+                        stack[depth, 0], stack[depth, 1] = m, n
+                        depth += 1
+            found[count] = sum_x / weight, sum_y / weight, float(pixels)
+            count += 1
+    return found[:count]

@@ -1,0 +1,79 @@
+"""How much of a marker's colour a pixel shows, in Y, Cb, Cr, with the colour of skin taken out (Özkul 2012, 2.3).
+
+A pixel at the edge of a disc mixes the disc with what is beside it. What is seen is dark suit, skin, white, and red
+or green: the shares of white, skin and red (or green) in a pixel follow from its light and two chromas by a linear
+system, whatever the light on them. Red and green lie on opposite sides of skin, which says which of the two it is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.capture.tracking.footage import Planes
+from cospeech.motion.markers import COLOURS
+
+Floats = npt.NDArray[np.float64]
+
+SKIN = (226, 190, 164)
+"""Red, green and blue of skin before any is seen."""
+
+SKIN_TURN_DEG = 20.0
+"""How far the chroma of the actor's skin may lie from that of ``SKIN``."""
+
+FEWEST_SKIN_PIXELS = 50
+
+
+class Mixer(NamedTuple):
+    """One colour: ``across`` (2,), the chroma axis on which skin is 0; ``share`` (2, 3), the weights of Y, Cb - 128
+    and Cr - 128 where that axis is negative (toward green) and where it is positive (toward red).
+    """
+
+    across: Floats
+    share: Floats
+
+
+def chroma(rgb: npt.ArrayLike) -> Floats:
+    """Return Y, Cb - 128, Cr - 128 (..., 3) of red, green, blue (..., 3), full range (JFIF 1.02)."""
+    matrix = np.array(
+        [[0.299, 0.587, 0.114], [-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]],
+    )
+    return np.asarray(rgb, dtype=float) @ matrix.T
+
+
+def mixers(skin: Floats) -> dict[str, Mixer]:
+    """Return the mixer of every marker colour, given the skin (3,) as Y, Cb - 128, Cr - 128."""
+    white = chroma(COLOURS["white"]) * [1.0, 0.0, 0.0]  # neutral, so that it lies on neither side
+    red, green = chroma(COLOURS["red"]), chroma(COLOURS["green"])
+    across = np.array([-skin[2], skin[1]])
+    across *= np.sign(across @ red[1:]) / np.linalg.norm(across)
+    to_green = np.linalg.inv(np.column_stack([white, skin, green]))
+    to_red = np.linalg.inv(np.column_stack([white, skin, red]))
+    none = np.zeros(3)
+    return {
+        "white": Mixer(across, np.stack([to_green[0], to_red[0]])),
+        "red": Mixer(across, np.stack([none, to_red[2]])),
+        "green": Mixer(across, np.stack([to_green[2], none])),
+    }
+
+
+def skin(pictures: list[Planes], widths: list[int]) -> Floats:
+    """Return the skin (3,) as Y, Cb - 128, Cr - 128 that pictures of an actor show, or ``SKIN`` where they show none.
+
+    Skin is sought around the expected chroma; the median of what is found there is the actor's own.
+    """
+    expected = chroma(SKIN)
+    found = []
+    for planes, width in zip(pictures, widths, strict=True):
+        y, cb, cr = (plane[::2, :width:2].ravel().astype(float) for plane in planes)
+        pixels = np.column_stack([y, cb - 128.0, cr - 128.0])
+        length = np.hypot(pixels[:, 1], pixels[:, 2])
+        along = pixels[:, 1:] @ expected[1:] / (np.linalg.norm(expected[1:]) * np.maximum(length, 1e-9))
+        ratio = length / np.maximum(y, 1.0)
+        usual = np.linalg.norm(expected[1:]) / expected[0]
+        near = (along > np.cos(np.radians(SKIN_TURN_DEG))) & (ratio > 0.5 * usual) & (ratio < 3.5 * usual) & (y > 60)
+        found.append(pixels[near])
+    seen = np.concatenate(found)
+    return expected if len(seen) < FEWEST_SKIN_PIXELS else np.median(seen, axis=0)

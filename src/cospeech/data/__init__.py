@@ -1,0 +1,1 @@
+"""Tables, segments and the other data that every room uses."""

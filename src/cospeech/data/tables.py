@@ -1,0 +1,308 @@
+"""Read, validate and write one artifact: a Parquet file that obeys its schema in ``data_schema/``.
+
+Every file carries the name and version of its schema, the corpus it speaks about and the hash of the settings
+that made it. Pages are checksummed when written and verified when read, and a file appears under its name only
+when it is whole.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import yaml
+
+from cospeech.errors import UserError
+
+ARROW_TYPES = {
+    "string": pa.string(),
+    "bool": pa.bool_(),
+    "int32": pa.int32(),
+    "int64": pa.int64(),
+    "float64": pa.float64(),
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a schema: its type, unit, meaning and the values it may take."""
+
+    name: str
+    type: str
+    meaning: str
+    unit: str | None = None
+    nullable: bool = False
+    minimum: float | None = None
+    maximum: float | None = None
+    values: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Schema:
+    """The contract of one table.
+
+    ``pattern`` is a regular expression with its own column description: columns that match it may follow the
+    named ones (the joint angles of a motion table). ``key`` names the columns that identify a row.
+    """
+
+    name: str
+    version: int
+    title: str
+    columns: tuple[Column, ...]
+    key: tuple[str, ...]
+    pattern: Column | None = None
+
+    def column(self, name: str) -> Column | None:
+        """Return the description of column ``name``, or None where the schema does not know it."""
+        for column in self.columns:
+            if column.name == name:
+                return column
+        if self.pattern is not None and re.fullmatch(self.pattern.name, name):
+            return self.pattern
+        return None
+
+
+def schema_folder() -> Path:
+    """Return the folder of the schemas: inside an installed package, else at the root of the repository."""
+    installed = Path(__file__).parents[1] / "data_schema"
+    return installed if installed.is_dir() else Path(__file__).parents[3] / "data_schema"
+
+
+@functools.cache
+def schema(name: str) -> Schema:
+    """Return the schema called ``name``."""
+    path = schema_folder() / f"{name}.yaml"
+    if not path.is_file():
+        raise KeyError(f"no schema {path.name} in {path.parent.name}/")
+    raw = yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    pattern = raw.get("pattern")
+    return Schema(
+        name=raw["name"],
+        version=raw["version"],
+        title=raw["title"],
+        columns=tuple(_column(key, value) for key, value in raw["columns"].items()),
+        key=tuple(raw.get("key", ())),
+        pattern=_column(pattern["name"], pattern) if pattern else None,
+    )
+
+
+def _column(name: str, raw: dict[str, Any]) -> Column:
+    return Column(
+        name=name,
+        type=raw["type"],
+        meaning=raw["meaning"],
+        unit=raw.get("unit"),
+        nullable=raw.get("nullable", False),
+        minimum=raw.get("minimum"),
+        maximum=raw.get("maximum"),
+        values=tuple(raw["values"]) if "values" in raw else None,
+    )
+
+
+def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
+    """Raise UserError at the first thing in ``frame`` that the schema forbids; ``where`` names its origin."""
+    table = schema(schema_name)
+    for column in table.columns:
+        if column.name not in frame.columns:
+            raise UserError(
+                f"{where}: column '{column.name}' is missing; a {table.name} table has the columns "
+                f"{', '.join(c.name for c in table.columns)}"
+            )
+    for name, values in frame.items():
+        description = table.column(str(name))
+        if description is None:
+            raise UserError(
+                f"{where}: unknown column '{name}' (wrong unit or name?); see data_schema/{table.name}.yaml"
+            )
+        _check_values(values, description, f"{where}: column '{name}'")
+    if table.key and frame.duplicated(list(table.key)).any():
+        row = int(np.flatnonzero(frame.duplicated(list(table.key)))[0])
+        raise UserError(f"{where}: row {row} repeats the key ({', '.join(table.key)}) of an earlier row")
+
+
+def _check_values(values: pd.Series, column: Column, where: str) -> None:
+    missing = np.asarray(values.array.isna())  # most tables are small: the Series around it would cost more
+    if missing.any() and not column.nullable:
+        raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
+    present = values[~missing] if missing.any() else values
+    if column.type in ("int32", "int64", "float64"):
+        if not pd.api.types.is_numeric_dtype(present.dtype) and len(present):
+            raise UserError(f"{where}: holds {present.dtype} where numbers ({column.type}) belong")
+        numbers = present.to_numpy(dtype=float)
+        bad = ~np.isfinite(numbers)
+        if column.type.startswith("int"):
+            bad |= numbers != np.round(numbers)
+        if column.minimum is not None:
+            bad |= numbers < column.minimum
+        if column.maximum is not None:
+            bad |= numbers > column.maximum
+        if bad.any():
+            row = int(np.flatnonzero(~missing)[np.flatnonzero(bad)[0]])
+            limits = f"[{column.minimum}, {column.maximum}]"
+            raise UserError(
+                f"{where}: row {row} is {values.iloc[row]}, outside {limits} {column.unit or ''}".rstrip()
+            )
+    if column.values is not None:
+        unknown = ~present.isin(column.values).to_numpy()
+        if unknown.any():
+            value = present.iloc[int(np.flatnonzero(unknown)[0])]
+            raise UserError(f"{where}: unknown value '{value}'; known are {', '.join(column.values)}")
+
+
+def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: str, config_hash: str) -> None:
+    """Validate ``frame`` and write it to ``path``, all or nothing.
+
+    Parameters
+    ----------
+    frame : the table; columns are put in the order of the schema.
+    path : where the artifact appears once it is whole.
+    schema_name : name of the schema in ``data_schema/``.
+    corpus : ``virtual`` for the studio, else the name of the recorded corpus.
+    config_hash : hash of the settings that made the table.
+
+    Raises
+    ------
+    UserError : where the frame breaks its schema, or the disk is full.
+    """
+    validate(frame, schema_name, str(path))
+    table = schema(schema_name)
+    named = [column.name for column in table.columns]
+    order = named + [name for name in frame.columns if name not in named]
+    fields = [_field(table, name) for name in order]
+    metadata = {
+        "schema": table.name,
+        "schema_version": str(table.version),
+        "corpus": corpus,
+        "config_hash": config_hash,
+    }
+    columns = [pa.array(frame[field.name], field.type, from_pandas=True) for field in fields]
+    arrow = pa.Table.from_arrays(columns, schema=pa.schema(fields))
+    arrow = arrow.replace_schema_metadata(metadata | {"content": _digest(arrow, metadata)})
+    with replacing(path) as temporary:
+        pq.write_table(arrow, temporary, write_page_checksum=True, compression="zstd")
+
+
+@functools.cache
+def _field(table: Schema, name: str) -> pa.Field:
+    """Return a column of the schema as Arrow describes it, its unit included."""
+    column = table.column(name)
+    assert column is not None  # validate() saw to it
+    unit = {b"unit": column.unit.encode()} if column.unit else None
+    return pa.field(name, ARROW_TYPES[column.type], column.nullable, metadata=unit)
+
+
+def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -> pd.DataFrame:
+    """Read the artifact at ``path`` and hold it against its schema.
+
+    Returns
+    -------
+    The table, or its ``columns`` only; strings as pandas ``str``, nulls as NaN.
+
+    Raises
+    ------
+    UserError : where the file is missing, damaged (page checksum), of another schema or version, or breaks it.
+    """
+    arrow = _read_arrow(path)
+    found = _metadata(arrow)
+    table = schema(schema_name)
+    if found.get("schema") != table.name or found.get("schema_version") != str(table.version):
+        raise UserError(
+            f"{path}: holds schema '{found.get('schema')}' version {found.get('schema_version')}, expected "
+            f"'{table.name}' version {table.version}; delete the file and run again, or write it anew"
+        )
+    for field in arrow.schema:
+        column = table.column(field.name)
+        unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace") or None
+        if column is not None and unit != column.unit:
+            raise UserError(
+                f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; "
+                "convert it and write it anew"
+            )
+    if found.pop("content", None) != _digest(arrow, found):
+        raise UserError(
+            f"{path}: damaged (its content is not what was written); delete it and run again to make it anew"
+        )
+    frame = arrow.to_pandas()
+    validate(frame, schema_name, str(path))
+    return frame if columns is None else frame[columns]
+
+
+def read_metadata(path: str | Path) -> dict[str, str]:
+    """Return what the artifact at ``path`` says of itself: schema, schema_version, corpus, config_hash."""
+    found = _metadata(_read_arrow(path))
+    found.pop("content", None)
+    return found
+
+
+def _metadata(arrow: pa.Table) -> dict[str, str]:
+    pairs = (arrow.schema.metadata or {}).items()
+    return {key.decode(errors="replace"): value.decode(errors="replace") for key, value in pairs}
+
+
+def _digest(arrow: pa.Table, metadata: dict[str, str]) -> str:
+    """Return the hash of all values and of ``metadata``: Parquet's own checksums leave out the file's footer."""
+    digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
+    for name, column in zip(arrow.column_names, arrow.columns, strict=True):
+        digest.update(name.encode(errors="replace"))
+        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # arrays of objects where null
+            digest.update(repr(column.to_pylist()).encode())
+        else:
+            digest.update(column.to_numpy().tobytes())
+    return digest.hexdigest()[:32]
+
+
+def _read_arrow(path: str | Path) -> pa.Table:
+    if not Path(path).is_file():
+        raise UserError(f"{path}: no such file; run the workflow for it first")
+    try:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            return file.read(use_threads=False)  # jobs share the cores, and small tables are not worth a thread
+    except (pa.ArrowException, OSError, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise UserError(
+            f"{path}: damaged or no Parquet file ({reason}); delete it and run again to make it anew"
+        ) from error
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside ``path`` to write to; put it in place, synced to disk, when all went well.
+
+    A process that dies in between leaves the old file, or none, and never half of one. The temporary name keeps
+    the suffix of ``path``, as libraries choose formats by it.
+
+    Raises
+    ------
+    UserError : where the disk is full.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except OSError as error:
+        if error.errno in (28, 122):  # ENOSPC, EDQUOT
+            raise UserError(
+                f"{path}: the disk is full; free some space and run again (nothing was half written)"
+            ) from error
+        raise
+    finally:
+        temporary.unlink(missing_ok=True)

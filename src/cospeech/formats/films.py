@@ -1,0 +1,70 @@
+"""The pictures of a film in red, green and blue, to be looked at; what measures reads the film's own planes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import islice
+from pathlib import Path
+
+import av
+import numpy as np
+from av.video.reformatter import VideoReformatter
+
+from cospeech.errors import UserError
+from cospeech.formats.canvas import Image
+
+
+def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
+    """Yield the pictures (H, W, 3) of a film one after another, scaled to ``height_px`` where it is given.
+
+    Raises
+    ------
+    UserError : where the film cannot be read.
+    """
+    try:
+        with av.open(str(path)) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "NONE"
+            reformatter = VideoReformatter()
+            for frame in container.decode(stream):
+                yield _rgb(frame, height_px, reformatter)
+    except (av.FFmpegError, IndexError) as error:
+        raise _unreadable(path, error) from error
+
+
+def stills(path: str | Path, frames: Collection[int], height_px: int | None = None) -> dict[int, Image]:
+    """Return some pictures (H, W, 3) of a film, by their number.
+
+    Raises
+    ------
+    UserError : where the film cannot be read, or ends before.
+    """
+    try:
+        with av.open(str(path)) as container:
+            stream = container.streams.video[0]
+            if stream.codec_context.codec.intra_only:  # pictures that stand alone need not all be decoded
+                packets = (packet for packet in container.demux(stream) if packet.size)
+                chosen = ((number, packet.decode()[0]) for number, packet in enumerate(packets) if number in frames)
+            else:
+                shown = enumerate(islice(container.decode(stream), max(frames, default=-1) + 1))
+                chosen = ((number, frame) for number, frame in shown if number in frames)
+            reformatter = VideoReformatter()
+            found = {number: _rgb(frame, height_px, reformatter) for number, frame in chosen}
+    except (av.FFmpegError, IndexError) as error:
+        raise _unreadable(path, error) from error
+    missing = sorted(set(frames) - set(found))
+    if missing:
+        raise UserError(f"{path}: ends before frame {missing[0]}; make it anew")
+    return found
+
+
+def _rgb(frame: av.VideoFrame, height_px: int | None, reformatter: VideoReformatter) -> Image:
+    """Return one picture; a film's share a ``reformatter``, as the tables of a scaling cost as much as its use."""
+    height = height_px or frame.height
+    width = round(frame.width * height / frame.height)
+    scaled = reformatter.reformat(frame, width, height, "rgb24", interpolation="FAST_BILINEAR")
+    return np.asarray(scaled.to_ndarray(), dtype=np.uint8)
+
+
+def _unreadable(path: str | Path, error: Exception) -> UserError:
+    return UserError(f"{path}: cannot be read as a film ({error}); make it anew")

@@ -1,0 +1,1 @@
+"""Compilation of kernels, its cache, and the hash of the code."""

@@ -1,0 +1,60 @@
+"""Which modules of the package a script rests on, and the hash of their text.
+
+Snakemake sees a changed script but not a changed module that the script imports. Each rule therefore carries
+the content hash of its script's import closure as a parameter, and an edit reruns just what depends on it.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def closure(script: Path) -> tuple[Path, ...]:
+    """Return ``script`` and every module of the package that it imports, directly or not, sorted."""
+    found: set[Path] = set()
+    open_paths = [script]
+    while open_paths:
+        path = open_paths.pop()
+        if path not in found:
+            found.add(path)
+            open_paths.extend(_imports(path))
+    return tuple(sorted(found))
+
+
+def code_hash(script: Path) -> str:
+    """Return the hash of the text of everything in the closure of ``script``; it knows no absolute path."""
+    digest = hashlib.sha256()
+    for path in closure(script):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def _imports(path: Path) -> tuple[Path, ...]:
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names.add(node.module)
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return tuple(sorted({found for name in names for found in _module(name)}))
+
+
+def _module(name: str) -> tuple[Path, ...]:
+    """Return the files that importing ``name`` reads inside the package: the module and its parents."""
+    parts = name.split(".")
+    if parts[0] != PACKAGE.name:
+        return ()
+    files = []
+    folder = PACKAGE
+    for part in parts[1:]:
+        files.append(folder / "__init__.py")
+        folder = folder / part
+    files.extend([folder.with_suffix(".py"), folder / "__init__.py"])
+    return tuple(file for file in files if file.is_file())

@@ -1,0 +1,1 @@
+"""The body and its motion: skeleton, markers, unit selection, assembly, smoothing."""

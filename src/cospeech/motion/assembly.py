@@ -1,0 +1,156 @@
+"""From units to motion: templates stretched to their phrases, joined, smoothed, set on the record's own body.
+
+Stretching and bridging turn rotations along the shortest arc (spherical interpolation), which knows neither the
+jump from 180 to -180 degrees nor the lock of Euler angles. The joined motion goes back to Euler angles as one
+continuous curve, on which the filters of figure 6.3 work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.geometry import rotation
+from cospeech.motion import skeleton, smoothing
+from cospeech.motion.unit_selection import Templates
+
+Floats = npt.NDArray[np.float64]
+
+SYNTHESISED = (*skeleton.ARM_JOINTS, "left_hand", "right_hand")
+"""The joints that units move; all others keep the record's own motion (chapter 6, end)."""
+
+
+def interpolate(rotations: Floats, positions: Floats) -> Floats:
+    """Return the rotation matrices (m, J, 3, 3) between those of n frames (n, J, 3, 3), along the shortest arc.
+
+    ``positions`` (m,) are fractional frames from 0 to n - 1.
+    """
+    before = np.clip(np.floor(positions).astype(int), 0, len(rotations) - 1)
+    after = np.minimum(before + 1, len(rotations) - 1)
+    start = rotations[before].reshape(-1, 3, 3)
+    turn = rotation.to_vectors(np.swapaxes(start, -1, -2) @ rotations[after].reshape(-1, 3, 3))
+    share = np.repeat(positions - before, rotations.shape[1])
+    part = rotation.from_vectors(share[:, None] * turn)
+    return (start @ part).reshape(len(positions), *rotations.shape[1:])
+
+
+def stretch(rotations: Floats, n_frames: int) -> Floats:
+    """Return a template (n, J, 3, 3) played in ``n_frames`` frames, from its first pose to its last.
+
+    A single frame shows the middle of the template.
+    """
+    middle = (len(rotations) - 1) / 2
+    positions = np.linspace(0, len(rotations) - 1, n_frames) if n_frames > 1 else np.array([middle])
+    return interpolate(rotations, positions)
+
+
+def join(units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFrame], n_frames: int) -> Floats:
+    """Return the continuous Euler angles (T, J, 3) in degrees of the synthesised joints, not yet smoothed.
+
+    A phrase without a template is bridged from the last pose before it to the first after it; at an end of
+    the record the nearest pose is held.
+    """
+    recorded = {
+        record: skeleton.rotations(skeleton.angles(motion, SYNTHESISED)) for record, motion in motions.items()
+    }
+    spans = pool.table.set_index(["record", "segment"])[["first_frame", "end_frame"]]
+    shown = units[units["template_record"].notna()]
+    joined = np.zeros((n_frames, len(SYNTHESISED), 3, 3))
+    filled = np.zeros(n_frames, dtype=bool)
+    for record, segment, start, stop in zip(
+        shown["template_record"], shown["template_segment"], shown["start_frame"], shown["end_frame"], strict=True
+    ):
+        first, end = spans.loc[(record, segment)]
+        joined[start:stop] = stretch(recorded[record][first:end], stop - start)
+        filled[start:stop] = True
+    return continuous(skeleton.euler(_bridge(joined, filled)))
+
+
+def _bridge(rotations: Floats, filled: npt.NDArray[np.bool_]) -> Floats:
+    known = np.flatnonzero(filled)
+    positions = np.interp(np.arange(len(filled)), known, np.arange(len(known)))
+    return interpolate(rotations[known], positions)
+
+
+def continuous(angles_deg: Floats) -> Floats:
+    """Return the Euler angles (T, J, 3) of the same rotations that change least from each frame to the next.
+
+    Every rotation has two triples, (x, y, z) and (x + 180, y + 180, 180 - z), each up to full turns.
+    """
+    result = angles_deg.copy()
+    other = np.stack([angles_deg[..., 0] + 180, angles_deg[..., 1] + 180, 180 - angles_deg[..., 2]], axis=-1)
+    for frame in range(1, len(result)):
+        last = result[frame - 1]
+        near = angles_deg[frame] - 360 * np.round((angles_deg[frame] - last) / 360)
+        far = other[frame] - 360 * np.round((other[frame] - last) / 360)
+        nearer = np.abs(near - last).sum(axis=-1) <= np.abs(far - last).sum(axis=-1)
+        result[frame] = np.where(nearer[:, None], near, far)
+    return result
+
+
+def boundaries(units: pd.DataFrame) -> npt.NDArray[np.int64]:
+    """Return the first frames of the phrases that follow another: where units meet."""
+    starts = units.loc[units["start_frame"] < units["end_frame"], "start_frame"].to_numpy(dtype=np.int64)
+    return np.unique(starts[starts > 0])
+
+
+def motion(
+    units: pd.DataFrame,
+    pool: Templates,
+    motions: Mapping[str, pd.DataFrame],
+    own: pd.DataFrame,
+    filter: str,
+    window: int,
+) -> pd.DataFrame:
+    """Return the motion table of a synthesised record: arms and hands from units, all else its own motion.
+
+    Parameters
+    ----------
+    units : table of schema ``units``.
+    pool : templates that it names.
+    motions : motion tables of the training records.
+    own : the record's own motion, for hips, spine, head and legs.
+    filter, window : the smoothing around phrase boundaries.
+    """
+    angles = join(units, pool, motions, len(own))
+    smoothed = smoothing.around_boundaries(angles, boundaries(units), filter, window)
+    made = own.copy()
+    made[skeleton.angle_columns(SYNTHESISED)] = smoothed.reshape(len(own), -1)
+    return made
+
+
+def trial(
+    angles_deg: Floats, starts: npt.NDArray[np.int64], window: int, fps: float, reach_s: float = 1.0
+) -> pd.DataFrame:
+    """Return the joint angle with the widest jump at a phrase boundary, under each filter (figure 6.3).
+
+    Parameters
+    ----------
+    angles_deg : (T, J, 3) joined and unsmoothed angles of the synthesised joints.
+    starts : first frames of the phrases after a boundary.
+    reach_s : how much is shown to either side.
+
+    Returns
+    -------
+    Columns filter, window, joint, axis, frame, time_s, angle_deg, boundary_s; no row without a boundary.
+    """
+    columns = ["filter", "window", "joint", "axis", "frame", "time_s", "angle_deg", "boundary_s"]
+    if len(starts) == 0:
+        return pd.DataFrame(columns=columns)
+    jump = np.abs(angles_deg[starts] - angles_deg[starts - 1])
+    place, joint, axis = np.unravel_index(int(np.argmax(jump)), jump.shape)
+    boundary = int(starts[place])
+    reach = round(reach_s * fps)
+    frames = np.arange(max(boundary - reach, 0), min(boundary + reach, len(angles_deg)))
+    parts = []
+    for name in smoothing.FILTERS:
+        smoothed = smoothing.around_boundaries(angles_deg[:, joint, axis], starts, name, window)
+        part = pd.DataFrame({"frame": frames, "time_s": (frames + 0.5) / fps, "angle_deg": smoothed[frames]})
+        parts.append(part.assign(filter=name))
+    table = pd.concat(parts, ignore_index=True)
+    table["joint"], table["axis"] = SYNTHESISED[joint], "xyz"[axis]
+    table["window"], table["boundary_s"] = window, boundary / fps
+    return table[columns]

@@ -1,0 +1,147 @@
+"""The body: joints, bone offsets, Euler angles and forward kinematics.
+
+Frame of the world: x to the actor's left, y up, z to where the actor faces; metres. All angles zero is a person
+who stands upright with hanging arms, palms to the thighs; a joint's angles turn its body part in the frame of its
+parent. Order: R = Rx(x) Rz(z) Ry(y), so that for a hanging arm x lifts forward (negative) or back, z lifts to the
+side, and y turns about the bone; the order locks only at z = +-90 degrees, with the arm straight out to the side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from cospeech.geometry import rotation
+
+Floats = npt.NDArray[np.float64]
+
+EULER_ORDER = "XZY"
+"""Intrinsic order of the joint angles."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint: its parent and its place in the parent's frame, in metres, at zero angles."""
+
+    name: str
+    parent: str | None
+    offset_m: tuple[float, float, float]
+
+
+BODY = (
+    Joint("hips", None, (0.0, 0.95, 0.0)),
+    Joint("spine", "hips", (0.0, 0.10, -0.01)),
+    Joint("chest", "spine", (0.0, 0.16, -0.01)),
+    Joint("neck", "chest", (0.0, 0.24, 0.0)),
+    Joint("head", "neck", (0.0, 0.10, 0.02)),
+    Joint("left_arm", "chest", (0.18, 0.19, 0.0)),
+    Joint("left_forearm", "left_arm", (0.0, -0.29, 0.0)),
+    Joint("left_hand", "left_forearm", (0.0, -0.25, 0.0)),
+    Joint("right_arm", "chest", (-0.18, 0.19, 0.0)),
+    Joint("right_forearm", "right_arm", (0.0, -0.29, 0.0)),
+    Joint("right_hand", "right_forearm", (0.0, -0.25, 0.0)),
+    Joint("left_thigh", "hips", (0.09, -0.03, 0.0)),
+    Joint("left_shin", "left_thigh", (0.0, -0.43, 0.0)),
+    Joint("left_foot", "left_shin", (0.0, -0.42, 0.0)),
+    Joint("right_thigh", "hips", (-0.09, -0.03, 0.0)),
+    Joint("right_shin", "right_thigh", (0.0, -0.43, 0.0)),
+    Joint("right_foot", "right_shin", (0.0, -0.42, 0.0)),
+)
+"""The joints, parents first, with the proportions of an adult of 1.75 m."""
+
+TIPS_M = {
+    "head": (0.0, 0.18, 0.02),
+    "left_hand": (0.0, -0.18, 0.0),
+    "right_hand": (0.0, -0.18, 0.0),
+    "left_foot": (0.0, -0.05, 0.18),
+    "right_foot": (0.0, -0.05, 0.18),
+}
+"""The far end of the body parts that have no further joint, in the frame of their joint."""
+
+JOINTS = tuple(joint.name for joint in BODY)
+PARENT = {joint.name: joint.parent for joint in BODY}
+OFFSET_M = {joint.name: np.array(joint.offset_m) for joint in BODY}
+
+ARM_JOINTS = ("left_arm", "left_forearm", "right_arm", "right_forearm")
+"""The four body parts of the gesture feature (Özkul 2012, eq. 4.7)."""
+
+ROOT_COLUMNS = ("root_x_m", "root_y_m", "root_z_m")
+
+
+def angle_columns(joints: tuple[str, ...] = JOINTS) -> list[str]:
+    """Return the names of the angle columns of ``joints`` in a motion table, x, y and z for each."""
+    return [f"{joint}_{axis}_deg" for joint in joints for axis in "xyz"]
+
+
+def angles(motion: pd.DataFrame, joints: tuple[str, ...] = JOINTS) -> Floats:
+    """Return the joint angles of a motion table in degrees, shape (T, J, 3), in the order x, y, z."""
+    return motion[angle_columns(joints)].to_numpy(dtype=float).reshape(len(motion), len(joints), 3)
+
+
+def rotations(angles_deg: Floats) -> Floats:
+    """Return the rotation matrices (..., 3, 3) of Euler angles (..., 3) given as x, y, z in degrees."""
+    return rotation.from_euler(EULER_ORDER, angles_deg[..., [0, 2, 1]])
+
+
+def euler(matrices: Floats) -> Floats:
+    """Return the Euler angles (..., 3) as x, y, z in degrees of rotation matrices (..., 3, 3)."""
+    return rotation.to_euler(EULER_ORDER, matrices)[..., [0, 2, 1]]
+
+
+def unwrap(angles_deg: Floats) -> Floats:
+    """Return angles (T, ...) without the jumps of a full turn between neighbouring frames."""
+    return np.unwrap(angles_deg, axis=0, period=360.0)
+
+
+def motion_table(root_m: Floats, angles_deg: Floats, fps: float) -> pd.DataFrame:
+    """Return the motion table of root positions (T, 3) in metres and joint angles (T, J, 3) in degrees."""
+    n_frames = len(root_m)
+    values = np.column_stack([root_m, angles_deg.reshape(n_frames, -1)])
+    table = pd.DataFrame(values, columns=[*ROOT_COLUMNS, *angle_columns()])
+    table.insert(0, "frame", np.arange(n_frames))
+    table.insert(1, "time_s", (np.arange(n_frames) + 0.5) / fps)
+    return table
+
+
+def frame_rate(motion: pd.DataFrame) -> float:
+    """Return the frame rate of a motion table in frames a second, from the centre of its first frame."""
+    return round(0.5 / float(motion["time_s"].iloc[0]), 6)
+
+
+def chain(root_m: Floats, angles_deg: Floats) -> tuple[Floats, Floats]:
+    """Return the orientation (T, J, 3, 3) and place (T, J, 3) of every joint's frame in the world, in metres.
+
+    Parameters
+    ----------
+    root_m : (T, 3) displacement of the hips from their place in ``BODY``.
+    angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
+    """
+    turned = rotations(angles_deg)
+    placed = np.empty((len(root_m), len(BODY), 3))
+    for index, joint in enumerate(BODY):
+        if joint.parent is None:
+            placed[:, index] = root_m + OFFSET_M[joint.name]
+        else:
+            parent = JOINTS.index(joint.parent)
+            turned[:, index] = turned[:, parent] @ turned[:, index]
+            placed[:, index] = placed[:, parent] + turned[:, parent] @ OFFSET_M[joint.name]
+    return turned, placed
+
+
+def forward(root_m: Floats, angles_deg: Floats) -> dict[str, Floats]:
+    """Return the world positions (T, 3) in metres of every joint, and of every tip as ``<joint>_tip``.
+
+    Parameters
+    ----------
+    root_m : (T, 3) displacement of the hips from their place in ``BODY``.
+    angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
+    """
+    turned, placed = chain(root_m, angles_deg)
+    places = {name: placed[:, index] for index, name in enumerate(JOINTS)}
+    for name, tip in TIPS_M.items():
+        index = JOINTS.index(name)
+        places[f"{name}_tip"] = placed[:, index] + turned[:, index] @ np.array(tip)
+    return places

@@ -1,0 +1,76 @@
+"""What stands around a figure: background, the coloured tag of the gesture, the strip of phrases."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from PIL import Image as Pillow
+from PIL import ImageDraw
+
+from cospeech.data import palette, segments
+from cospeech.formats import canvas
+from cospeech.formats.canvas import Colour, Image
+
+
+def gesture_colour(label: str) -> Colour:
+    """Return the colour of a gesture class as red, green and blue."""
+    red, green, blue = bytes.fromhex(palette.gesture_colour(label).removeprefix("#"))
+    return red, green, blue
+
+
+def background(height: int, width: int) -> Image:
+    """Return an empty light picture (height, width, 3), a little darker toward the floor."""
+    down = np.linspace(0, 1, height)[:, None, None] ** 2
+    shade = (1 - down) * np.array([248.0, 247.0, 245.0]) + down * np.array([233.0, 232.0, 229.0])
+    return np.broadcast_to(np.round(shade), (height, width, 3)).astype(np.uint8, order="C")
+
+
+@functools.cache
+def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
+    """Return the pill that names a gesture: colours (h, w, 3) and opacity (h, w)."""
+    ink = canvas.lettering(label.replace("_", " "), size, True)
+    across, up = round(0.75 * size), round(0.12 * size)
+    height, width = ink.shape[0] + 2 * up, ink.shape[1] + 2 * across
+    fine = Pillow.new("L", (4 * width, 4 * height))
+    ImageDraw.Draw(fine).rounded_rectangle((0, 0, 4 * width - 1, 4 * height - 1), 2 * height, fill=255)
+    shape = np.asarray(fine.resize((width, height), Pillow.Resampling.BOX), dtype=np.float32) / np.float32(255)
+    colour = gesture_colour(label)
+    colours = np.full((height, width, 3), colour, dtype=np.uint8)
+    light = float(np.dot(colour, (0.299, 0.587, 0.114)))
+    canvas.lay(colours, up, across, canvas.INK if light > 145 else (255, 255, 255), ink)
+    return colours, shape
+
+
+class Strip:
+    """The phrases of a record as a coloured band, with a mark that moves along with the time."""
+
+    def __init__(self, phrases: pd.DataFrame, duration_s: float, box: tuple[int, int, int, int]) -> None:
+        self.left, self.top, self.right, self.bottom = box
+        self.duration_s = duration_s
+        self.phrases = phrases
+
+    def draw(self, image: Image) -> None:
+        """Draw the band."""
+        for label, start, end in zip(
+            self.phrases["label"], self.phrases["start_s"], self.phrases["end_s"], strict=True
+        ):
+            first, last = self._column(start), self._column(end)
+            image[self.top : self.bottom, first : max(last - 1, first + 1)] = gesture_colour(label)
+
+    def mark(self, image: Image, time_s: float) -> None:
+        """Draw the mark at ``time_s``."""
+        column = self._column(time_s)
+        image[self.top - 3 : self.bottom + 3, column - 1 : column + 1] = canvas.INK
+
+    def _column(self, time_s: float) -> int:
+        share = min(max(time_s / self.duration_s, 0.0), 1.0)
+        return round(self.left + share * (self.right - self.left))
+
+
+def labels_at(phrases: pd.DataFrame, times_s: Sequence[float] | npt.NDArray[np.float64]) -> list[str]:
+    """Return the gesture that is shown at each time."""
+    return list(phrases["label"].to_numpy(dtype=object)[segments.at_times(phrases, times_s)])

@@ -1,0 +1,1 @@
+"""Gesture phrases from joint angles, and intonation phrases from prosody."""

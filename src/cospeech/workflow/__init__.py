@@ -1,0 +1,1 @@
+"""What surrounds a job: configuration, records, logs, run lock, progress, verification."""

@@ -1,0 +1,75 @@
+"""Rigid alignment and spheres against planted ones, and against scipy."""
+
+import numpy as np
+import pytest
+import subject
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from cospeech.capture.fitting.joint_centres import align, shoulder, sphere
+from cospeech.errors import UserError
+from cospeech.motion import markers, skeleton
+
+
+def test_alignment_is_that_of_scipy_and_left_out_where_fewer_than_three_markers_are_seen():
+    draw = np.random.default_rng(0)
+    template = draw.normal(0, 0.1, (4, 3))
+    turns, shifts = Rotation.random(20, rng=draw).as_matrix(), draw.normal(0, 1, (20, 3))
+    places = np.einsum("tij,mj->tmi", turns, template) + shifts[:, None] + draw.normal(0, 0.002, (20, 4, 3))
+    places[3, 1], places[4, :2] = np.nan, np.nan
+    rotations, found = align(template, places)
+    assert np.isnan(rotations[4]).all()
+    assert np.isnan(found[4]).all()
+    for t in set(range(20)) - {4}:
+        seen = ~np.isnan(places[t, :, 0])
+        middle, middles = places[t, seen].mean(axis=0), template[seen].mean(axis=0)
+        best, _ = Rotation.align_vectors(places[t, seen] - middle, template[seen] - middles)
+        np.testing.assert_allclose(rotations[t], best.as_matrix(), atol=1e-9)
+        np.testing.assert_allclose(found[t], middle - best.apply(middles), atol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 1000), st.floats(0.1, 0.5))
+def test_a_sphere_without_noise_is_found_from_a_part_of_it(seed, radius):
+    draw = np.random.default_rng(seed)
+    centre = draw.normal(0, 1, 3)
+    ahead = np.array([0.0, 0.0, 2.0]) + draw.normal(0, 1, (40, 3))
+    points = centre + radius * ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    found = sphere(np.vstack([points, np.full((2, 3), np.nan)]))
+    np.testing.assert_allclose(found.centre_m, centre, atol=1e-7)
+    assert found.radius_m == pytest.approx(radius, abs=1e-7)
+
+
+def test_the_standard_error_of_a_centre_is_what_it_errs_by():
+    draw = np.random.default_rng(1)
+    errors, said = [], []
+    for _ in range(200):
+        ahead = np.array([0.0, 0.0, 1.5]) + draw.normal(0, 1, (60, 3))
+        points = 0.3 * ahead / np.linalg.norm(ahead, axis=1, keepdims=True) + draw.normal(0, 0.001, (60, 3))
+        found = sphere(points)
+        errors.append(found.centre_m[2])  # the least sure direction
+        said.append(found.error_m)
+    assert np.std(errors) == pytest.approx(np.mean(said), rel=0.2)
+    assert abs(np.mean(errors)) < 0.2 * np.std(errors)
+
+
+@pytest.mark.parametrize("n_points", [3, 100])
+def test_points_in_a_plane_or_too_few_determine_no_sphere(n_points):
+    angle = np.linspace(0, 3, n_points)
+    assert sphere(np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])).error_m == np.inf
+
+
+def test_shoulders_are_found_to_a_third_of_a_millimetre_and_a_still_arm_is_refused():
+    places = subject.marked(subject.range_of_motion())
+    rigid = [index for index, marker in enumerate(markers.MARKERS) if marker.joint == "chest"]
+    still = places[:40].mean(axis=0)
+    thorax = align(still[rigid], places[:, rigid])
+    for side in ("left", "right"):
+        elbow = places[:, markers.NAMES.index(f"{side}_elbow")].copy()
+        elbow[100:200] = np.nan
+        _, joints = subject.chain(subject.range_of_motion())
+        truth = joints[0, skeleton.JOINTS.index(f"{side}_arm")]
+        np.testing.assert_allclose(shoulder(side, elbow, thorax).centre_m, truth, atol=0.0003)
+        with pytest.raises(UserError, match=f"moves the {side} arm too little"):
+            shoulder(side, elbow[:40], (thorax[0][:40], thorax[1][:40]))

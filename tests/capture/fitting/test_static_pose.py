@@ -1,0 +1,34 @@
+"""The static pose is a mean, and what is not still, or not seen, is refused by name."""
+
+import numpy as np
+import pytest
+import subject
+
+from cospeech.capture.fitting.body_model import body_model
+from cospeech.capture.fitting.static_pose import static_pose
+from cospeech.errors import UserError
+from cospeech.motion import markers
+
+
+def test_the_mean_is_over_what_is_seen():
+    places = np.tile(np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 0.0]]), (40, 1, 1))
+    places[::2, 0] += 0.002
+    places[1::2, 1] = np.nan
+    found = static_pose(places, ("a", "b", "c")[:2], 20.0, 1.0)
+    np.testing.assert_allclose(found, [[1.001, 2.001, 3.001], [0.0, 1.0, 0.0]])
+
+
+def test_a_marker_that_moves_or_is_never_seen_is_named():
+    places = subject.marked(subject.range_of_motion(6.0))
+    with pytest.raises(UserError, match="'left_hand' moves by"):
+        body_model(places, subject.FPS, 5.0)
+    places[:40, markers.NAMES.index("left_elbow")] = np.nan
+    with pytest.raises(UserError, match="'left_elbow' is not seen in the first 2 s"):
+        body_model(places, subject.FPS, 2.0)
+
+
+def test_a_trunk_with_two_markers_is_refused():
+    places = subject.marked(subject.range_of_motion(6.0))
+    places[:, [markers.NAMES.index("back"), markers.NAMES.index("chest")]] = np.nan
+    with pytest.raises(UserError, match=r"2 of the markers chest, back, left_shoulder, right_shoulder are seen"):
+        body_model(places, subject.FPS, 2.0)

@@ -1,0 +1,203 @@
+"""Tables of other programs: read without our metadata, held to our names, units and ranges."""
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech.corpus import user_tables
+from cospeech.data import segments, tables
+from cospeech.errors import UserError
+from cospeech.motion import skeleton
+
+LABELS = list(segments.GESTURES)
+
+
+def motion_table(n_frames=40, fps=25.0):
+    rng = np.random.default_rng(0)
+    angles = rng.uniform(-30, 30, (n_frames, len(skeleton.JOINTS), 3))
+    return skeleton.motion_table(rng.normal(0, 0.1, (n_frames, 3)), angles, fps)
+
+
+def prosody_table(n_frames=80):
+    rng = np.random.default_rng(1)
+    table = pd.DataFrame({"frame": np.arange(n_frames), "time_s": segments.frame_times(n_frames, 40.0)})
+    for name in ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain"):
+        table[name] = rng.uniform(-1, 1, n_frames)
+    return table
+
+
+def gesture_table(record="a"):
+    starts, labels = [0, 10, 25, 40], ["rest", "left", "left", "open"]
+    return segments.from_starts(record, starts, labels, 60, 20.0)
+
+
+def save(table, path):
+    if path.suffix == ".csv":
+        table.to_csv(path, index=False)
+    else:
+        table.to_parquet(path)
+    return path
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_motion_of_another_program_is_read_as_it_is(tmp_path, name):
+    table, notes = user_tables.motion(save(motion_table(), tmp_path / name))
+    np.testing.assert_allclose(table.to_numpy(), motion_table().to_numpy())
+    assert notes == []
+
+
+def test_times_may_count_from_the_start_of_a_frame_and_frames_from_any_number(tmp_path):
+    shifted = motion_table().assign(frame=np.arange(40) + 100, time_s=np.arange(40) / 25 + 4)
+    table, _ = user_tables.motion(save(shifted, tmp_path / "a.csv"))
+    np.testing.assert_allclose(table.to_numpy(), motion_table().to_numpy())
+
+
+def test_joints_that_the_table_lacks_stay_at_zero_and_are_said(tmp_path):
+    arms = motion_table()[["frame", "time_s", *skeleton.ROOT_COLUMNS, *skeleton.angle_columns(skeleton.ARM_JOINTS)]]
+    table, notes = user_tables.motion(save(arms, tmp_path / "a.parquet"))
+    assert (table[skeleton.angle_columns(("head", "left_foot"))] == 0).all(axis=None)
+    assert "head" in notes[0]
+
+
+def with_nan(table, column, row):
+    table.loc[row, column] = np.nan
+    return table
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda t: t.drop(columns="root_x_m"), "column 'root_x_m' is missing"),
+        (lambda t: t.rename(columns={"root_x_m": "root_x_cm"}), "'root_x_m' is missing; is it 'root_x_cm'"),
+        (lambda t: t.rename(columns={"left_arm_x_deg": "left_arm_x_rad"}), "is it 'left_arm_x_rad'"),
+        (lambda t: t.rename(columns={"head_x_deg": "haed_x_deg"}), "unknown joint column 'haed_x_deg'.*'head_x_deg'"),
+        (lambda t: with_nan(t, "right_arm_y_deg", 7), "joint 'right_arm' is missing .NaN. or no number in frame 7"),
+        (lambda t: with_nan(t, "root_z_m", 3), "column 'root_z_m' is missing .NaN. or no number in frame 3"),
+        (lambda t: t.astype({"left_arm_x_deg": str}).replace("x", "y").assign(left_arm_x_deg="abc"), "'left_arm'"),
+        (lambda t: t.drop(index=12), "uneven or missing at row"),
+        (lambda t: t.assign(time_s=t["time_s"] ** 2), "uneven"),
+        (lambda t: t.assign(time_s=0.0), "uneven"),
+        (lambda t: t.iloc[:1], "holds 1 frames"),
+        (lambda t: t.iloc[:0], "holds 0 frames"),
+        (lambda t: t.assign(**{name: t[name] / 57.3 for name in t if name.endswith("_deg")}), "radians"),
+        (lambda t: t.assign(root_y_m=95.0), "write metres"),
+    ],
+)
+@pytest.mark.parametrize("name", ["bad.csv", "bad.parquet"])
+def test_spoilt_motion_is_refused_in_one_line(tmp_path, name, spoil, says):
+    with pytest.raises(UserError, match=says) as caught:
+        user_tables.motion(save(spoil(motion_table()), tmp_path / name))
+    assert name in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_stated_unit_that_is_not_ours_is_refused(tmp_path):
+    arrow = pa.Table.from_pandas(motion_table(), preserve_index=False)
+    fields = [field.with_metadata({b"unit": b"cm"}) if field.name == "root_x_m" else field for field in arrow.schema]
+    pq.write_table(arrow.cast(pa.schema(fields)), tmp_path / "bad.parquet")
+    with pytest.raises(UserError, match="'root_x_m' is in 'cm', expected 'm'"):
+        user_tables.motion(tmp_path / "bad.parquet")
+
+
+def test_a_table_of_ours_is_held_to_its_checksum(tmp_path):
+    path = tmp_path / "a.parquet"
+    tables.write(motion_table(), path, "motion", corpus="x", config_hash="0")
+    user_tables.motion(path)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 4
+    path.write_bytes(content)
+    with pytest.raises(UserError, match="damaged"):
+        user_tables.motion(path)
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_prosody_needs_no_raw_columns(tmp_path, name):
+    table = user_tables.prosody(save(prosody_table(), tmp_path / name), 0.025)
+    tables.validate(table, "prosody", "own")
+    np.testing.assert_allclose(table["pitch_lag"], prosody_table()["pitch_lag"])
+    assert table["lag_s"].isna().all()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda t: t.drop(columns="d_pitch_gain"), "'d_pitch_gain' is missing"),
+        (lambda t: t.assign(time_s=t["time_s"] / 2), "frames are 0.0125 s apart, speech.frame_s says 0.025"),
+        (lambda t: with_nan(t, "intensity", 5), "'intensity' is missing .NaN. or no number in frame 5"),
+        (lambda t: t.assign(intensity=0.0), "never changes"),
+        (lambda t: t.assign(pitch_gain=t["pitch_gain"] * 3), "pitch_gain.*outside"),
+    ],
+)
+def test_spoilt_prosody_is_refused_in_one_line(tmp_path, spoil, says):
+    with pytest.raises(UserError, match=says) as caught:
+        user_tables.prosody(save(spoil(prosody_table()), tmp_path / "bad.parquet"), 0.025)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_gestures_of_one_record_of_many_are_taken(tmp_path, name):
+    both = pd.concat([gesture_table("b"), gesture_table("a")], ignore_index=True)
+    table = user_tables.gestures(save(both, tmp_path / name), "a", LABELS)
+    pd.testing.assert_frame_equal(table, gesture_table("a"), check_dtype=False)
+    alone = user_tables.gestures(save(gesture_table("named_otherwise"), tmp_path / name), "a", LABELS)
+    pd.testing.assert_frame_equal(alone, gesture_table("a"), check_dtype=False)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (
+            lambda t: t.assign(label=["rest", "lefft", "left", "open"]),
+            "segment 1: unknown label 'lefft'; did you mean",
+        ),
+        (lambda t: t.assign(end_frame=[10, 24, 40, 60]), "segment 1 .* leaves a gap"),
+        (lambda t: t.assign(start_s=t["start_s"] * 2, end_s=t["end_s"] ** 1.5), "disagree"),
+        (lambda t: t.iloc[1:], "starts at frame 10, not at 0"),
+        (lambda t: t.assign(record=["x", "x", "y", "y"]), "no segment of record 'a'"),
+        (lambda t: t.assign(start_frame=t["start_frame"] + 0.5), "start_frame"),
+    ],
+)
+def test_spoilt_gestures_are_refused_in_one_line(tmp_path, spoil, says):
+    with pytest.raises(UserError, match=says) as caught:
+        user_tables.gestures(save(spoil(gesture_table()), tmp_path / "bad.parquet"), "a", LABELS)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"PAR1 no more", b"\xff\xfe\x00\x01", b"frame,time_s\n1,2,3,4\n", b'"'])
+@pytest.mark.parametrize("name", ["bad.csv", "bad.parquet"])
+def test_damaged_files_are_refused(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    for read in (
+        user_tables.motion,
+        lambda path: user_tables.prosody(path, 0.025),
+        lambda path: user_tables.gestures(path, "a", LABELS),
+    ):
+        with pytest.raises(UserError, match=name):
+            read(tmp_path / name)
+        with pytest.raises(UserError, match="no such file"):
+            read(tmp_path / f"none_{name}")
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.data())
+def test_a_spoilt_csv_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+    lines = gesture_table().to_csv(index=False).splitlines()
+    for _ in range(data.draw(st.integers(1, 3))):
+        at = data.draw(st.integers(0, len(lines) - 1))
+        cells = lines[at].split(",")
+        cells[data.draw(st.integers(0, len(cells) - 1))] = data.draw(
+            st.text(max_size=6) | st.floats().map(str) | st.integers().map(str)
+        )
+        lines[at] = ",".join(cells)
+    path = tmp_path_factory.mktemp("own") / "spoilt.csv"
+    path.write_text("\n".join(lines), encoding="utf-8", errors="surrogatepass")
+    try:
+        table = user_tables.gestures(path, "a", LABELS)
+    except UserError:
+        return
+    segments.check(table, "spoilt")
+    assert set(table["label"]) <= set(LABELS)

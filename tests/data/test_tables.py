@@ -1,0 +1,182 @@
+"""Artifacts are whole or absent, say what they are, and a flipped bit does not pass."""
+
+import errno
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cospeech.data import tables
+from cospeech.errors import UserError
+from cospeech.workflow import verify
+
+ANNOTATIONS = pd.DataFrame(
+    {
+        "record": ["a", "a"],
+        "start_s": [0.0, 1.5],
+        "end_s": [1.0, 2.0],
+        "gesture": ["rest", "left"],
+        "origin": ["person", "rule"],
+    }
+)
+
+
+def write(frame, path, schema="annotations"):
+    tables.write(frame, path, schema, corpus="virtual", config_hash="0" * 16)
+
+
+def test_round_trip_keeps_values_nulls_and_origin(tmp_path):
+    frame = pd.DataFrame(
+        {
+            "actor": ["x"], "record": ["a"], "scenario": [None], "language": ["Turkish"],
+            "motion_source": ["bvh"], "motion_fps": [20.0], "audio_rate_hz": [np.nan], "duration_s": [60.0],
+            "motion_path": ["a.bvh"], "audio_path": [None], "note": [None],
+        }
+    )  # fmt: skip
+    write(frame, tmp_path / "r.parquet", "records")
+    back = tables.read(tmp_path / "r.parquet", "records")
+    pd.testing.assert_frame_equal(
+        back.astype(object).where(back.notna(), None), frame.astype(object).where(frame.notna(), None)
+    )
+    assert tables.read_metadata(tmp_path / "r.parquet") == {
+        "schema": "records", "schema_version": "1", "corpus": "virtual", "config_hash": "0" * 16,
+    }  # fmt: skip
+    # Null in the file, not a NaN that another program takes for a number.
+    assert pq.read_table(tmp_path / "r.parquet")["audio_rate_hz"].null_count == 1
+
+
+def test_same_table_same_bytes(tmp_path):
+    write(ANNOTATIONS, tmp_path / "one.parquet")
+    write(ANNOTATIONS[ANNOTATIONS.columns[::-1]], tmp_path / "two.parquet")
+    assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "two.parquet").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda t: t.drop(columns="gesture"), "column 'gesture' is missing"),
+        (lambda t: t.rename(columns={"start_s": "start_ms"}), "column 'start_s' is missing"),
+        (lambda t: t.assign(speed=1.0), "unknown column 'speed'"),
+        (lambda t: t.assign(start_s=[-1.0, 0.0]), "row 0 is -1.0, outside"),
+        (lambda t: t.assign(start_s=[0.0, np.nan]), "row 1 is missing"),
+        (lambda t: t.assign(end_s=["a", "b"]), "where numbers"),
+        (lambda t: t.assign(end_s=[1.0, np.inf]), "row 1 is inf"),
+        (lambda t: t.assign(origin=["person", "robot"]), "unknown value 'robot'"),
+        (lambda t: t.assign(start_s=[0.0, 0.0]), "row 1 repeats the key"),
+    ],
+)
+def test_what_a_schema_forbids_is_refused_and_nothing_written(tmp_path, change, complaint):
+    path = tmp_path / "t.parquet"
+    with pytest.raises(UserError, match=complaint) as caught:
+        write(change(ANNOTATIONS), path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_flipped_byte_is_noticed(tmp_path):
+    path = tmp_path / "t.parquet"
+    write(ANNOTATIONS, path)
+    whole = path.read_bytes()
+    expected = tables.read(path, "annotations")
+    silent = []
+    for place in range(len(whole)):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x10]) + whole[place + 1 :])
+        try:
+            read = tables.read(path, "annotations")
+        except (UserError, KeyError):
+            continue
+        if not read.equals(expected):
+            silent.append(place)
+    assert silent == []
+
+
+@pytest.mark.parametrize("size", [0, 3, 200])
+def test_truncated_files_and_strangers_are_named(tmp_path, size):
+    path = tmp_path / "t.parquet"
+    write(ANNOTATIONS, path)
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(UserError, match=r"t\.parquet: damaged or no Parquet file"):
+        tables.read(path, "annotations")
+
+
+def test_wrong_schema_version_and_unit_are_named(tmp_path):
+    path = tmp_path / "t.parquet"
+    write(ANNOTATIONS, path)
+    with pytest.raises(UserError, match="holds schema 'annotations'"):
+        tables.read(path, "segments")
+    arrow = pq.read_table(path)
+    metres = pa.field("start_s", pa.float64(), nullable=False, metadata={b"unit": b"ms"})
+    pq.write_table(arrow.cast(arrow.schema.set(1, metres)), path, write_page_checksum=True)
+    with pytest.raises(UserError, match="column 'start_s' is in 'ms', expected 's'"):
+        tables.read(path, "annotations")
+
+
+def test_missing_file_says_what_to_do(tmp_path):
+    with pytest.raises(UserError, match="no such file; run the workflow for it first"):
+        tables.read(tmp_path / "t.parquet", "annotations")
+
+
+def test_verify_lists_what_is_damaged(tmp_path):
+    write(ANNOTATIONS, tmp_path / "good.parquet")
+    write(ANNOTATIONS, tmp_path / "deep" / "bad.parquet")
+    damaged = (tmp_path / "deep" / "bad.parquet").read_bytes()
+    (tmp_path / "deep" / "bad.parquet").write_bytes(damaged[:10] + b"\xff" + damaged[11:])
+    found = verify.problems(tmp_path)
+    assert len(found) == 1
+    assert "bad.parquet" in found[0]
+
+
+def test_a_death_while_writing_leaves_the_old_file(tmp_path):
+    path = tmp_path / "t.txt"
+    path.write_text("old")
+    program = (
+        "import os, sys; from cospeech.data.tables import replacing\n"
+        "with replacing(sys.argv[1]) as temporary:\n"
+        "    temporary.write_text('half'); os.kill(os.getpid(), 9)"
+    )
+    ended = subprocess.run([sys.executable, "-c", program, str(path)], check=False)
+    assert ended.returncode == -9
+    assert path.read_text() == "old"
+
+
+def test_a_full_disk_is_one_message_and_leaves_nothing(tmp_path):
+    with pytest.raises(UserError, match="the disk is full"), tables.replacing(tmp_path / "t.txt"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(st.lists(st.tuples(st.floats(0, 1e6), st.text(max_size=8)), min_size=1, unique_by=lambda row: row[0]))
+def test_any_valid_annotations_survive_the_file(tmp_path_factory, rows):
+    frame = pd.DataFrame(
+        {
+            "record": "a",
+            "start_s": [start for start, _ in rows],
+            "end_s": [start + 1 for start, _ in rows],
+            "gesture": [text for _, text in rows],
+            "origin": "person",
+        }
+    )
+    path = tmp_path_factory.mktemp("t") / "t.parquet"
+    write(frame, path)
+    back = tables.read(path, "annotations")
+    assert back["start_s"].tolist() == frame["start_s"].tolist()
+    assert back["gesture"].tolist() == frame["gesture"].tolist()
+
+
+def test_every_schema_can_be_read():
+    names = [path.stem for path in tables.schema_folder().glob("*.yaml") if path.stem != "config"]
+    assert len(names) > 5
+    for name in names:
+        table = tables.schema(name)
+        assert table.name == name
+        known = {column.name for column in table.columns}
+        assert set(table.key) <= known
+        assert all(column.type in tables.ARROW_TYPES and column.meaning for column in table.columns)

@@ -1,0 +1,160 @@
+"""What we write, an independent reader places as our own kinematics does; what we read is whole or refused."""
+
+import numpy as np
+import pybvh
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech.errors import UserError
+from cospeech.formats import bvh
+from cospeech.motion import skeleton
+
+TINY = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 90 0
+  CHANNELS 6 Zrotation Xrotation Yrotation Xposition Yposition Zposition
+  JOINT Left Arm
+  {
+    OFFSET 10 50 0
+    CHANNELS 6 Xposition Yposition Zposition Yrotation Zrotation Xrotation
+    JOINT Elbow
+    {
+      OFFSET 30 0 0
+      CHANNELS 1 Yrotation
+      End Site
+      {
+        OFFSET 25 0 0
+      }
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.033333
+10 20 30 1 2 3 10 50 0 40 50 60 70
+11 21 31 1 2 4 10 50 0 41 51 61 71
+"""
+
+
+def random_motion(seed, n_frames=7, fps=20.0):
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(-80, 80, (n_frames, len(skeleton.JOINTS), 3))
+    return skeleton.motion_table(rng.normal(0, 0.1, (n_frames, 3)), turns, fps)
+
+
+def turn(axis, degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    matrices = {"x": [[1, 0, 0], [0, c, -s], [0, s, c]], "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]]}
+    return np.array(matrices.get(axis, [[c, -s, 0], [s, c, 0], [0, 0, 1]]))
+
+
+def test_an_independent_reader_finds_every_joint_where_forward_kinematics_puts_it(tmp_path):
+    motion = random_motion(1)
+    bvh.write(motion, tmp_path / "a.bvh")
+    other = pybvh.read_bvh_file(tmp_path / "a.bvh", world_up="+y")
+    placed = skeleton.forward(motion[list(skeleton.ROOT_COLUMNS)].to_numpy(), skeleton.angles(motion))
+    positions = other.node_positions()
+    assert other.fps == pytest.approx(20.0)
+    seen = set()
+    for index, node in enumerate(other.nodes):
+        name = f"{node.parent.name}_tip" if node.is_end_site() else node.name
+        seen.add(name)
+        # six decimals in the file, metres and degrees, through a chain of at most seven joints
+        np.testing.assert_allclose(positions[:, index], placed[name], atol=1e-6)
+    assert seen == set(placed)
+
+
+def test_our_own_reader_gives_back_what_was_written(tmp_path):
+    motion = random_motion(2, fps=30.0)
+    bvh.write(motion, tmp_path / "a.bvh")
+    clip = bvh.read(tmp_path / "a.bvh")
+    assert set(clip.names) == set(skeleton.JOINTS)
+    assert clip.fps == 30.0
+    order = [clip.names.index(name) for name in skeleton.JOINTS]
+    turned = skeleton.rotations(skeleton.angles(motion))
+    np.testing.assert_allclose(clip.rotations[:, order], turned, atol=1e-7)
+    hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy() + skeleton.OFFSET_M["hips"]
+    np.testing.assert_allclose(clip.places[0], hips, atol=1e-6)
+    for joint, parent in zip(clip.names[1:], clip.parents[1:], strict=True):
+        assert clip.names[parent] == skeleton.PARENT[joint]
+
+
+def test_writing_twice_gives_the_same_bytes(tmp_path):
+    for name in "ab":
+        bvh.write(random_motion(3), tmp_path / f"{name}.bvh")
+    assert (tmp_path / "a.bvh").read_bytes() == (tmp_path / "b.bvh").read_bytes()
+
+
+def test_any_order_of_channels_is_read_as_declared(tmp_path):
+    (tmp_path / "a.bvh").write_text(TINY)
+    clip = bvh.read(tmp_path / "a.bvh")
+    assert clip.names == ("Hips", "Left Arm", "Elbow")
+    assert clip.fps == 30.0  # the cut 0.033333 is a thirtieth
+    np.testing.assert_array_equal(clip.places[0], [[1, 2, 3], [1, 2, 4]])
+    np.testing.assert_allclose(clip.rotations[0, 0], turn("z", 10) @ turn("x", 20) @ turn("y", 30))
+    np.testing.assert_allclose(clip.rotations[0, 1], turn("y", 40) @ turn("z", 50) @ turn("x", 60))
+    np.testing.assert_allclose(clip.rotations[1, 2], turn("y", 71))
+    np.testing.assert_array_equal(clip.places[1], [[10, 50, 0], [10, 50, 0]])
+    np.testing.assert_array_equal(clip.tips[2], [25, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "no BVH"),
+        ("RIFF....WAVE", "no BVH"),
+        (TINY[:200], "cut off"),
+        (TINY.replace("MOTION", ""), "cut off"),
+        (TINY[:-40], "announces 2 frames and holds 1"),
+        (TINY[:-10], "frame 1 has"),
+        (TINY.replace("41", "nan"), "'Left Arm' is missing .NaN. in frame 1"),
+        (TINY.replace("41", "x1"), "no number"),
+        (TINY.replace("Frame Time: 0.033333", "Frame Time: 33.3"), "seconds a frame"),
+        (TINY.replace("JOINT Elbow", "JOINT Hips"), "second joint"),
+        (TINY.replace("CHANNELS 1", "CHANNELS 3"), "CHANNELS says 3"),
+        (TINY.replace("Yrotation\n      End", "Wrotation\n      End"), "no BVH channels"),
+        (TINY.replace("OFFSET 10 50 0", "OFFSET 10 50"), "three numbers"),
+    ],
+)
+def test_a_broken_file_ends_in_one_line_that_names_it(tmp_path, text, says):
+    path = tmp_path / "broken.bvh"
+    path.write_text(text)
+    with pytest.raises(UserError, match=says) as caught:
+        bvh.read(path)
+    assert "broken.bvh" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(UserError, match=r"none\.bvh"):
+        bvh.read(tmp_path / "none.bvh")
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_a_spoilt_file_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+    lines = TINY.splitlines()
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(lines) - 1))
+        kind = data.draw(st.sampled_from(["drop", "double", "junk", "word"]))
+        if kind == "drop" and len(lines) > 1:
+            del lines[at]
+        elif kind == "double":
+            lines.insert(at, lines[at])
+        elif kind == "junk":
+            lines[at] = data.draw(st.text(max_size=30))
+        else:
+            words = lines[at].split() or [""]
+            words[data.draw(st.integers(0, len(words) - 1))] = data.draw(st.text(max_size=8))
+            lines[at] = " ".join(words)
+    path = tmp_path_factory.mktemp("bvh") / "spoilt.bvh"
+    path.write_text("\n".join(lines), encoding="utf-8", errors="surrogatepass")
+    try:
+        clip = bvh.read(path)
+    except UserError:
+        return
+    assert clip.rotations.shape == (len(clip.places[0]), len(clip.names), 3, 3)
+    assert np.isfinite(clip.rotations).all()
+    assert np.isfinite(clip.places[0]).all()

@@ -1,0 +1,138 @@
+"""TRC: what is written is read again, gaps stay gaps, and a file that is not whole is refused in one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech.data.trajectories import Trajectories
+from cospeech.errors import UserError
+from cospeech.formats import trc
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+BALANCING = DATA / "pose2sim_balancing" / "points_3d" / "S00_P00_T01_BalancingTrial_0-100.trc"
+ARM = DATA / "pyomeca_arm" / "markers.trc"
+
+SMALL = """PathFileType\t4\t(X/Y/Z)\tsmall.trc
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
+50\t50\t3\t2\tmm\t50\t1\t3
+Frame#\tTime\tchest\t\t\thead top\t\t\t
+\t\tX1\tY1\tZ1\tX2\tY2\tZ2
+
+1\t0.00\t1000\t2000\t3000\t10\t20\t30
+2\t0.02\t\t\t\t11\t21\t31
+3\t0.04\t0\t0\t0\tnan\t1\t2
+"""
+
+
+def saved(tmp_path, text):
+    path = tmp_path / "a.trc"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("mark", ["\t", ","])
+def test_unit_rate_names_and_gaps_are_read(tmp_path, mark):
+    names, places, fps = trc.read(saved(tmp_path, SMALL.replace("\t", mark)))
+    assert (names, fps) == (("chest", "head top"), 50.0)
+    lost = [np.nan] * 3
+    expected = [[[1, 2, 3], [0.01, 0.02, 0.03]], [lost, [0.011, 0.021, 0.031]], [lost, lost]]
+    np.testing.assert_allclose(places, expected)
+
+
+coordinate = st.floats(-50, 50).map(lambda x: round(x, 6) + 0.0) | st.just(np.nan)
+name = st.text("abcXYZ_ 19:é", min_size=1, max_size=8).map(lambda s: " ".join(s.split())).filter(bool)
+
+
+@st.composite
+def recordings(draw):
+    names = draw(st.lists(name, min_size=1, max_size=4, unique=True))
+    n_frames = draw(st.integers(1, 6))
+    values = draw(st.lists(coordinate, min_size=3 * n_frames * len(names), max_size=3 * n_frames * len(names)))
+    places = np.array(values).reshape(n_frames, len(names), 3)
+    places[np.isnan(places).any(axis=2) | (places == 0).all(axis=2)] = np.nan
+    return Trajectories(tuple(names), places, draw(st.sampled_from([20.0, 29.97, 60.0, 100.0, 240.0])))
+
+
+@settings(max_examples=100, deadline=None)
+@given(recordings())
+def test_what_is_written_is_read_again(tmp_path_factory, recording):
+    path = tmp_path_factory.mktemp("trc") / "a.trc"
+    trc.write(recording, path)
+    names, places, fps = trc.read(path)
+    assert (names, fps) == (recording.names, recording.fps)
+    np.testing.assert_allclose(places, recording.places_m, atol=1e-9)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_a_damaged_file_is_read_whole_or_refused(tmp_path_factory, data):
+    text = list(SMALL)
+    for _ in range(data.draw(st.integers(1, 6))):
+        place = data.draw(st.integers(0, len(text) - 1))
+        text[place : place + data.draw(st.integers(0, 8))] = data.draw(
+            st.text("\t\n,.0123456789-e#XnaFm", max_size=4)
+        )
+    try:
+        names, places, fps = trc.read(saved(tmp_path_factory.mktemp("trc"), "".join(text)))
+    except UserError:
+        return
+    assert places.shape[1:] == (len(names), 3)
+    assert len(set(names)) == len(names)
+    assert fps >= 1
+    assert not np.isinf(places).any()
+    lost = np.isnan(places)
+    assert (lost.any(axis=2) == lost.all(axis=2)).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("PathFileType", "Path"), "is no TRC file"),
+        (("\tmm\t", "\t\t"), "the unit is ''"),
+        (("\tmm\t", "\tfeet\t"), "the unit is 'feet'"),
+        (("50\t50\t3", "50\t50\t4"), "announces 4 frames and holds 3"),
+        (("50\t50\t3\t2", "x\t50\t3\t2"), "do not say DataRate"),
+        (("50\t50\t3", "25\t50\t3"), r"time of frame 1 .* does not go with 25 Hz"),
+        (("head top", "chest"), "two markers are called 'chest'"),
+        (("head top", ""), "does not name 2 markers"),
+        (("2\t0.02", "4\t0.02"), "frame 1 .* is not numbered one more"),
+        (("2000", "2O00"), "line 7: holds no number .*2O00"),
+        (("2000", "inf"), "line 7: holds an infinite number"),
+        (("10\t20\t30", "10\t20\t30\t40"), "line 7: has more than 8 values"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(tmp_path, change, message):
+    with pytest.raises(UserError, match=message) as caught:
+        trc.read(saved(tmp_path, SMALL.replace(*change, 1)))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_missing_and_cut_off_files_are_refused(tmp_path):
+    with pytest.raises(UserError, match="cannot be read"):
+        trc.read(tmp_path / "none.trc")
+    with pytest.raises(UserError, match="cut off in its header"):
+        trc.read(saved(tmp_path, "\n".join(SMALL.splitlines()[:4])))
+    with pytest.raises(UserError, match="no TRC file can hold the marker name"):
+        trc.write(Trajectories(("a\tb",), np.zeros((1, 1, 3)), 20.0), tmp_path / "a.trc")
+
+
+@pytest.mark.recorded
+@pytest.mark.skipif(not BALANCING.is_file(), reason="needs the real recordings in ../shared/data/pose2sim_balancing")
+def test_a_real_file_of_pose2sim_stands_upright_in_metres():
+    names, places, fps = trc.read(BALANCING)
+    assert (len(names), places.shape, fps) == (21, (100, 21, 3), 60.0)
+    assert names[:3] == ("RHip", "RKnee", "RAnkle")
+    height = places[:, names.index("Nose"), 1] - places[:, names.index("RHeel"), 1]
+    assert 1.2 < np.nanmedian(height) < 1.9
+    shin = np.linalg.norm(places[:, names.index("RKnee")] - places[:, names.index("RAnkle")], axis=1)
+    assert 0.35 < np.nanmedian(shin) < 0.5
+
+
+@pytest.mark.recorded
+@pytest.mark.skipif(not ARM.is_file(), reason="needs the real recordings in ../shared/data/pyomeca_arm")
+def test_a_real_file_that_holds_fewer_frames_than_it_announces_is_refused():
+    with pytest.raises(UserError, match="announces 652 frames and holds"):
+        trc.read(ARM)

@@ -1,0 +1,76 @@
+"""An edit changes the hash of just the scripts that rest on the edited module."""
+
+import ast
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from cospeech.kernels import code_hash
+
+SCRIPTS = code_hash.PACKAGE.parents[1] / "scripts"
+
+
+def names(script):
+    return {path.relative_to(code_hash.PACKAGE).as_posix() for path in code_hash.closure(script) if path != script}
+
+
+def test_closure_follows_imports_through_modules(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("from cospeech.data import tables\nimport numpy\n")
+    assert names(script) == {
+        "__init__.py",
+        "data/__init__.py",
+        "data/tables.py",
+        "errors.py",
+        "kernels/__init__.py",
+        "kernels/code_hash.py",
+        "kernels/numba_cache.py",
+    }
+
+
+def test_closure_sees_every_way_to_import(tmp_path):
+    script = tmp_path / "script.py"
+    for line in (
+        "import cospeech.data.segments",
+        "from cospeech.data import segments as s",
+        "from cospeech.data.segments import from_labels",
+        "def f():\n    from cospeech.data import segments",
+    ):
+        script.write_text(line + "\n")
+        assert "data/segments.py" in names(script), line
+
+
+def test_closure_holds_what_python_really_loads():
+    """The static closure of every script covers the modules that importing its imports loads."""
+    for script in sorted(SCRIPTS.rglob("*.py")):
+        imports = "\n".join(
+            ast.unparse(line)
+            for line in ast.parse(script.read_text()).body
+            if isinstance(line, ast.ImportFrom) and str(line.module).startswith("cospeech")
+        )
+        listing = "import sys; print(*[m.__file__ for n, m in sys.modules.items() if n.split('.')[0] == 'cospeech'])"
+        program = f"{imports}\n{listing}"
+        loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+        assert set(loaded.stdout.split()) <= {str(path) for path in code_hash.closure(script)}, script
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    copy = tmp_path / "cospeech"
+    shutil.copytree(code_hash.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(code_hash, "PACKAGE", copy)
+    return copy
+
+
+def test_hash_changes_with_what_it_rests_on_and_with_nothing_else(package, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("from cospeech.data import tables\n")
+    before = code_hash.code_hash(script)
+    (package / "data/segments.py").write_text("# not imported by the script\n")
+    code_hash._imports.cache_clear()
+    assert code_hash.code_hash(script) == before
+    (package / "errors.py").write_text((package / "errors.py").read_text() + "# edited\n")
+    code_hash._imports.cache_clear()
+    assert code_hash.code_hash(script) != before

@@ -1,0 +1,436 @@
+"""The semi-Markov model against the sum and the maximum over all paths, and against models that were planted."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cospeech.data import segments, tables
+from cospeech.errors import UserError
+from cospeech.markov import hsmm, hsmm_kernels
+
+FRAME_S = 0.025
+
+
+def random_model(rng, n_states, n_symbols, n_bins, zeros=False):
+    """A model with names that are not in alphabetical order; ``zeros`` forbids some starts, steps and durations."""
+
+    def rows(*shape):
+        p = rng.dirichlet(np.full(shape[-1], 0.7), shape[:-1])
+        if zeros:
+            p = p * (rng.random(p.shape) < 0.7)
+            p[..., rng.integers(shape[-1])] += 0.1
+            p = p / p.sum(axis=-1, keepdims=True)
+        return p
+
+    return hsmm.SemiMarkov(
+        states=tuple(f"g{n_states - i}" for i in range(n_states)),
+        symbols=tuple(f"p{k + 1}" for k in range(n_symbols)),
+        initial=rows(n_states),
+        transitions=rows(n_states, n_states),
+        emissions=rng.dirichlet(np.ones(n_symbols), n_states) * 0.98 + 0.02 / n_symbols,
+        durations=rows(n_states, n_bins),
+    )
+
+
+def all_paths(model, n_frames):
+    """Every sequence of (state, length) that covers ``n_frames``."""
+    n_states, n_bins = model.durations.shape
+
+    def cut(rest):
+        if rest == 0:
+            yield ()
+        for length in range(1, min(n_bins, rest) + 1):
+            for tail in cut(rest - length):
+                yield (length, *tail)
+
+    for lengths in cut(n_frames):
+        for states in itertools.product(range(n_states), repeat=len(lengths)):
+            yield tuple(zip(states, lengths, strict=True))
+
+
+def probability(model, path, observed, weight, censoring):
+    """The product that eq. 5.9 takes the logarithm of, term by term."""
+    value = model.initial[path[0][0]]
+    time = 0
+    for place, (state, length) in enumerate(path):
+        if place > 0:
+            value *= model.transitions[path[place - 1][0], state]
+        last = place == len(path) - 1
+        if last and censoring == "right":
+            value *= sum(model.durations[state, length - 1 :])
+        else:
+            value *= model.durations[state, length - 1]
+        for t in range(time, time + length):
+            value *= model.emissions[state, observed[t]] ** weight
+        time += length
+    return value
+
+
+def steps(model, path, n_frames):
+    """A decoded path as ((state, length), ...)."""
+    lengths = np.diff(np.append(path.starts, n_frames))
+    return tuple((model.states.index(label), int(k)) for label, k in zip(path.labels, lengths, strict=True))
+
+
+CASES = [
+    (seed, weight, censoring)
+    for seed in range(70)
+    for weight, censoring in itertools.product((1.0, 0.3, 0.0), ("none", "right"))
+]
+
+
+def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
+    compared = 0
+    for seed, weight, censoring in CASES:
+        rng = np.random.default_rng(seed)
+        model = random_model(rng, int(rng.integers(1, 4)), int(rng.integers(1, 4)), int(rng.integers(1, 5)), seed % 2)
+        n_frames = int(rng.integers(1, 7))
+        codes = rng.integers(len(model.symbols), size=n_frames)
+        observed = np.array(model.symbols, dtype=object)[codes]
+        every = {path: probability(model, path, codes, weight, censoring) for path in all_paths(model, n_frames)}
+        total = sum(every.values())
+        if total == 0:  # the zeros left no way through these frames
+            with pytest.raises(ValueError, match="no path"):
+                hsmm.decode(model, observed, weight, censoring)
+            assert hsmm.log_likelihood(model, observed, weight, censoring) == -np.inf
+            continue
+        path = hsmm.decode(model, observed, weight, censoring)
+        best = max(every.values())
+        assert path.log_score == pytest.approx(math.log(best), abs=1e-9)
+        assert every[steps(model, path, n_frames)] == pytest.approx(best, rel=1e-9)
+        likelihood = hsmm.log_likelihood(model, observed, weight, censoring)
+        assert likelihood == pytest.approx(math.log(total), abs=1e-9)
+        compared += 1
+    assert compared > 350
+
+
+@pytest.mark.parametrize("censoring", ["none", "right"])
+@pytest.mark.parametrize("weight", [1.0, 0.4])
+def test_draws_follow_the_posterior(weight, censoring):
+    # Pearson's statistic of 4,000 draws over the paths whose expected count is at least 5, the others pooled: with
+    # f degrees of freedom its mean is f and its standard deviation sqrt(2 f); 4 of these leave 1 in 10,000 by chance.
+    rng = np.random.default_rng(7)
+    model = random_model(rng, 3, 3, 4)
+    codes = rng.integers(3, size=6)
+    observed = np.array(model.symbols, dtype=object)[codes]
+    posterior = {path: probability(model, path, codes, weight, censoring) for path in all_paths(model, 6)}
+    total = sum(posterior.values())
+    n_draws = 4_000
+    seen = dict.fromkeys(posterior, 0)
+    for _ in range(n_draws):
+        path = hsmm.sample(model, observed, rng, weight, censoring)
+        taken = steps(model, path, 6)
+        assert abs(path.log_score - math.log(posterior[taken])) < 1e-9
+        seen[taken] += 1
+    expected = np.array([posterior[p] / total * n_draws for p in posterior])
+    counted = np.array([seen[p] for p in posterior], dtype=float)
+    common = expected >= 5
+    expected = np.append(expected[common], expected[~common].sum())
+    counted = np.append(counted[common], counted[~common].sum())
+    statistic = ((counted - expected) ** 2 / expected).sum()
+    freedom = len(expected) - 1
+    assert freedom > 50
+    assert abs(statistic - freedom) < 4 * math.sqrt(2 * freedom)
+
+
+def test_a_long_path_is_worth_what_its_tables_say(tmp_path):
+    rng = np.random.default_rng(3)
+    model = hsmm.floored(random_model(rng, 7, 8, 400, zeros=True), 1e-6)
+    observed = np.repeat(rng.integers(8, size=200), 12)
+    observed = np.array(model.symbols, dtype=object)[observed]
+    written = hsmm.to_tables(model, FRAME_S, 1e-6)
+    for name in hsmm.TABLES:
+        tables.write(written[name], tmp_path / f"{name}.parquet", name, corpus="virtual", config_hash="0")
+    read = {name: tables.read(tmp_path / f"{name}.parquet", name) for name in hsmm.TABLES}
+    again = hsmm.from_tables(read)
+    assert again.states == model.states
+    assert again.symbols == model.symbols
+    for name in ("initial", "transitions", "emissions", "durations"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
+        np.testing.assert_allclose(getattr(model, name).sum(axis=-1), 1.0, atol=1e-12)
+    for weight, censoring in itertools.product((1.0, 0.2, 0.0), ("none", "right")):
+        for path in (
+            hsmm.decode(again, observed, weight, censoring),
+            hsmm.sample(again, observed, np.random.default_rng(5), weight, censoring),
+        ):
+            phrases = segments.from_starts("r", path.starts, path.labels, len(observed), 1 / FRAME_S)
+            assert hsmm.path_score(read, phrases, observed, weight, censoring) == pytest.approx(
+                path.log_score, abs=1e-9
+            )
+            assert score_by_rows(read, phrases, observed, weight, censoring) == pytest.approx(
+                path.log_score, abs=1e-9
+            )
+
+
+def score_by_rows(model_tables, phrases, observed, weight, censoring):
+    """The score of a path, looked up row by row as somebody with nothing but the files would do it."""
+    look = {
+        "initial": model_tables["initial"].set_index("gesture")["probability"].to_dict(),
+        "transitions": model_tables["transitions"].set_index(["from_gesture", "to_gesture"])["probability"].to_dict(),
+        "emissions": model_tables["emissions"].set_index(["gesture", "prosody"])["probability"].to_dict(),
+        "durations": model_tables["durations"].set_index(["gesture", "bin"])["probability"].to_dict(),
+    }
+    n_bins = int(model_tables["durations"]["bin"].max())
+    rows = list(phrases.itertuples())
+    terms = [math.log(look["initial"][rows[0].label])]
+    terms += [math.log(look["transitions"][before.label, after.label]) for before, after in itertools.pairwise(rows)]
+    for row in rows:
+        length = row.end_frame - row.start_frame
+        longer = range(length, n_bins + 1) if row is rows[-1] and censoring == "right" else [length]
+        terms.append(math.log(min(1.0, math.fsum(look["durations"][row.label, k] for k in longer))))
+        terms += [
+            weight * math.log(look["emissions"][row.label, observed[t]])
+            for t in range(row.start_frame, row.end_frame)
+        ]
+    return math.fsum(terms)
+
+
+@given(
+    st.integers(0, 10_000),
+    st.integers(1, 40),
+    st.integers(1, 30),
+    st.sampled_from([1.0, 0.3, 0.0]),
+    st.sampled_from(["none", "right"]),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_path_is_worth_more_than_the_best_and_all_cover_the_record(seed, n_frames, n_bins, weight, censoring):
+    rng = np.random.default_rng(seed)
+    model = hsmm.floored(random_model(rng, 3, 2, n_bins, zeros=True), 1e-4)
+    observed = np.array(model.symbols, dtype=object)[rng.integers(2, size=n_frames)]
+    best = hsmm.decode(model, observed, weight, censoring)
+    likelihood = hsmm.log_likelihood(model, observed, weight, censoring)
+    assert best.log_score <= likelihood + 1e-9
+    for path in (best, hsmm.sample(model, observed, rng, weight, censoring)):
+        assert path.starts[0] == 0
+        lengths = np.diff(np.append(path.starts, n_frames))
+        assert lengths.min() >= 1
+        assert lengths.max() <= n_bins
+        assert path.log_score <= best.log_score + 1e-9
+
+
+def log_sum(terms):
+    """log sum exp, minus infinity where there is nothing to sum."""
+    largest = max(terms)
+    return largest if largest == -math.inf else largest + math.log(math.fsum(math.exp(x - largest) for x in terms))
+
+
+def ending_in_logarithms(model, codes):
+    """The forward recursion of an explicit-duration model as textbooks write it, all of it in logarithms."""
+    with np.errstate(divide="ignore"):
+        initial, transitions, emissions, durations = (
+            np.log(p) for p in (model.initial, model.transitions, model.emissions, model.durations)
+        )
+    n_states, n_bins = durations.shape
+    emitted = np.concatenate([np.zeros((1, n_states)), np.cumsum(emissions.T[codes], axis=0)])
+    enter, ending = [initial], []
+    for t in range(1, len(codes) + 1):
+        ending.append(
+            [
+                log_sum(
+                    [
+                        enter[t - k][j] + durations[j, k - 1] + emitted[t, j] - emitted[t - k, j]
+                        for k in range(1, min(n_bins, t) + 1)
+                    ]
+                )
+                for j in range(n_states)
+            ]
+        )
+        enter.append([log_sum([ending[-1][i] + transitions[i, j] for i in range(n_states)]) for j in range(n_states)])
+    return np.array(ending)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
+    # States that agree with the speech for a while and then not at all: sums rise and fall by exp(1000) and more
+    # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again; few durations are
+    # possible, so that what was lost in the scaling would be missed.
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, 3, 3, 60)
+    sharp = np.full((3, 3), 1e-15) + np.eye(3)
+    durations = model.durations * (rng.random((3, 60)).argsort(axis=1) < 4)
+    model = dataclasses.replace(
+        model,
+        emissions=sharp / sharp.sum(axis=1, keepdims=True),
+        durations=durations / durations.sum(axis=1, keepdims=True),
+    )
+    codes = np.repeat(rng.integers(3, size=12), rng.integers(1, 45, size=12))
+    observed = np.array(model.symbols, dtype=object)[codes]
+    expected = ending_in_logarithms(model, codes)
+    ending, _, _, total = hsmm._filter(hsmm._logs(model, observed, 1.0, "none"))
+    np.testing.assert_allclose(ending[:, 1:].T, expected[:-1], rtol=1e-12)
+    assert total == pytest.approx(log_sum(expected[-1]), rel=1e-12)
+
+
+def test_equal_paths_are_told_apart_by_a_fixed_rule():
+    model = hsmm.SemiMarkov(
+        states=("b", "a"),
+        symbols=("p1",),
+        initial=np.full(2, 0.5),
+        transitions=np.full((2, 2), 0.5),
+        emissions=np.ones((2, 1)),
+        durations=np.full((2, 4), 0.25),
+    )
+    path = hsmm.decode(model, ["p1"] * 5)  # two phrases, wherever they meet, whichever states they are of
+    assert path.labels.tolist() == ["b", "b"]
+    assert path.starts.tolist() == [0, 4]
+
+
+def test_where_no_duration_reaches_the_first_phrase_may_be_any_length_up_to_the_longest():
+    model = hsmm.SemiMarkov(
+        states=("a",),
+        symbols=("p1",),
+        initial=np.ones(1),
+        transitions=np.ones((1, 1)),
+        emissions=np.ones((1, 1)),
+        durations=np.array([[0.0, 0.0, 1.0]]),
+    )
+    assert hsmm.decode(model, ["p1"] * 6).starts.tolist() == [0, 3]  # Alg. 1 as printed would start at t = 1 only
+    with pytest.raises(ValueError, match="no path over 5 frames"):
+        hsmm.decode(model, ["p1"] * 5)
+    assert hsmm.decode(model, ["p1"] * 5, censoring="right").starts.tolist() == [0, 3]
+
+
+# ---------------------------------------------------------------- estimate
+
+
+def segment_table(labels, lengths, record="r"):
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    return segments.from_starts(record, starts, labels, int(np.sum(lengths)), 1 / FRAME_S)
+
+
+def test_the_counts_of_a_small_record_by_hand():
+    # rest rest left rest, of 2, 1, 3 and 9 frames; the last is longer than the 4 bins
+    phrases = segment_table(["rest", "rest", "left", "rest"], [2, 1, 3, 9])
+    observed = ["p1"] * 4 + ["p2"] * 11
+    counts = hsmm.count(phrases, observed, ("left", "rest", "right"), ("p1", "p2", "p3"), 4)
+    model = hsmm.estimate(counts, floor=0.0)
+    assert model.states == ("left", "rest")  # nothing was seen of right
+    np.testing.assert_allclose(model.initial, [0, 1])
+    np.testing.assert_allclose(model.transitions, [[0, 1], [1 / 2, 1 / 2]])
+    np.testing.assert_allclose(model.emissions, [[1 / 3, 2 / 3, 0], [3 / 12, 9 / 12, 0]])
+    np.testing.assert_allclose(model.durations, [[0, 0, 1, 0], [1 / 3, 1 / 3, 0, 1 / 3]])
+    doubled = hsmm.estimate(counts + counts, floor=0.0)
+    np.testing.assert_allclose(doubled.durations, model.durations)
+
+
+def test_the_floor_is_the_least_share_before_the_scaling_and_the_sums_stay_one():
+    counts = hsmm.count(segment_table(["a", "b"], [2, 3]), ["p1"] * 5, ("a", "b"), ("p1", "p2"), 5)
+    model = hsmm.estimate(counts, floor=0.01)
+    np.testing.assert_allclose(model.durations[0], np.array([0.01, 1, 0.01, 0.01, 0.01]) / 1.04)
+    np.testing.assert_allclose(model.emissions[0], np.array([1, 0.01]) / 1.01)
+    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: anything may follow
+    assert hsmm.to_tables(model, FRAME_S, 0.01)["initial"]["floor"].tolist() == [0.01, 0.01]
+
+
+def test_smoothing_spreads_durations_and_keeps_their_mass():
+    counts = hsmm.count(segment_table(["a", "a", "a"], [1, 5, 5]), ["p1"] * 11, ("a",), ("p1",), 9)
+    added = hsmm.estimate(counts, 0.0, "additive", 0.5)
+    np.testing.assert_allclose(added.durations[0], (np.array([1, 0, 0, 0, 2, 0, 0, 0, 0]) + 0.5) / 7.5)
+    spread = hsmm.estimate(counts, 0.0, "kernel", 1.0).durations[0]
+    gauss = np.exp(-0.5 * np.arange(-8, 9) ** 2)
+    inner = gauss[4:13] / gauss[4:13].sum()  # the phrases of 5 frames, in the middle
+    edge = gauss[8:] / gauss[8:].sum()  # the phrase of 1 frame, all of it on this side of the edge
+    np.testing.assert_allclose(spread, (2 * inner + edge) / 3, atol=1e-12)
+
+
+def test_planted_parameters_are_recovered_within_sampling_error():
+    # Pearson's statistic of each multinomial against the planted probabilities, over the cells expected at least 5
+    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 in 1000 rows would not by chance.
+    rng = np.random.default_rng(11)
+    planted = random_model(rng, 4, 5, 30)
+    records = []
+    for r in range(300):
+        state = rng.choice(4, p=planted.initial)
+        states, lengths, observed = [], [], []
+        for _ in range(40):  # whole phrases, so that no record's end cuts one
+            states.append(planted.states[state])
+            lengths.append(int(rng.choice(30, p=planted.durations[state])) + 1)
+            observed.append(rng.choice(5, p=planted.emissions[state], size=lengths[-1]))
+            state = rng.choice(4, p=planted.transitions[state])
+        symbols = np.array(planted.symbols, dtype=object)[np.concatenate(observed)]
+        records.append(
+            hsmm.count(segment_table(states, lengths, f"r{r}"), symbols, planted.states, planted.symbols, 30)
+        )
+    total = records[0]
+    for counts in records[1:]:
+        total = total + counts
+    model = hsmm.estimate(total, floor=1e-9)
+    for name in ("initial", "transitions", "emissions", "durations"):
+        truth = np.atleast_2d(getattr(planted, name))
+        found = np.atleast_2d(getattr(model, name))
+        n = np.atleast_2d(getattr(total, name)).sum(axis=1)
+        for row in range(len(truth)):
+            expected, counted = truth[row] * n[row], found[row] * n[row]
+            common = expected >= 5
+            expected = np.append(expected[common], expected[~common].sum())
+            counted = np.append(counted[common], counted[~common].sum())
+            kept = expected > 0.5
+            statistic = ((counted - expected)[kept] ** 2 / expected[kept]).sum()
+            f = kept.sum() - 1
+            quantile = f * (1 - 2 / (9 * f) + 3.0902 * math.sqrt(2 / (9 * f))) ** 3
+            assert statistic < quantile, (name, row, statistic, quantile)
+
+
+# ---------------------------------------------------------------- what cannot be
+
+
+def test_wrong_input_is_named():
+    model = hsmm.floored(random_model(np.random.default_rng(0), 2, 2, 3), 1e-6)
+    with pytest.raises(UserError, match="label 'p9' at 1; known are p1, p2"):
+        hsmm.decode(model, ["p1", "p9"])
+    with pytest.raises(UserError, match="no frame"):
+        hsmm.decode(model, [])
+    with pytest.raises(UserError, match="cover 3 frames, its prosody 2"):
+        hsmm.count(segment_table(["a"], [3]), ["p1", "p1"], ("a",), ("p1",), 4)
+    with pytest.raises(UserError, match="label 'x'"):
+        hsmm.count(segment_table(["x"], [2]), ["p1", "p1"], ("a",), ("p1",), 4)
+    written = hsmm.to_tables(model, FRAME_S)
+    written["transitions"] = written["transitions"].iloc[1:]
+    with pytest.raises(UserError, match="transitions table: lacks from_gesture 'g2', to_gesture 'g2'"):
+        hsmm.from_tables(written)
+    written = hsmm.to_tables(model, FRAME_S)
+    written["emissions"] = pd.concat([written["emissions"], written["emissions"].replace("g1", "g9")])
+    with pytest.raises(UserError, match="emissions table: has a row"):
+        hsmm.from_tables(written)
+
+
+def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
+    model = hsmm.floored(random_model(np.random.default_rng(0), 2, 2, 3), 1e-6)
+    phrases = segment_table(["g1"], [5])
+    assert hsmm.path_score(hsmm.to_tables(model, FRAME_S), phrases, ["p1"] * 5) == -np.inf
+
+
+@pytest.mark.parametrize("floor", [0.0, 1e-4])
+@pytest.mark.parametrize("n_bins", [5, 41, 120])
+@pytest.mark.parametrize("censoring", ["none", "right"])
+def test_long_records_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
+    # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
+    rng = np.random.default_rng(21)
+    n_frames = 2 * hsmm_kernels.SPAN + 77
+    model = random_model(rng, 3, 4, n_bins, zeros=True)
+    model.durations[:2, rng.random(n_bins) > 0.1] = 0.0
+    model.durations[:, -1] = 0.5
+    model = dataclasses.replace(model, durations=hsmm._floored(model.durations, floor))
+    codes = rng.integers(4, size=n_frames)
+    with np.errstate(divide="ignore"):
+        initial, transitions, durations = (
+            np.log(values) for values in (model.initial, model.transitions, model.durations)
+        )
+        closing = np.log(np.minimum(np.cumsum(model.durations[:, ::-1], axis=1)[:, ::-1], 1.0))
+    emitted = np.vstack([np.zeros(3), np.cumsum(np.log(model.emissions)[:, codes].T, axis=0)])
+    starting, ending = np.full((2, n_frames + 1, 3), -np.inf)
+    starting[0] = initial
+    for t in range(1, n_frames + 1):
+        lasting = closing if t == n_frames and censoring == "right" else durations
+        for k in range(1, min(n_bins, t) + 1):
+            ending[t] = np.maximum(ending[t], starting[t - k] + lasting[:, k - 1] + emitted[t] - emitted[t - k])
+        starting[t] = (ending[t][:, None] + transitions).max(axis=0)
+    path = hsmm.decode(model, np.array(model.symbols, dtype=object)[codes], censoring=censoring)
+    assert path.log_score == pytest.approx(ending[n_frames].max(), rel=1e-12)
+    assert np.diff(np.append(path.starts, n_frames)).max() <= n_bins

@@ -1,0 +1,268 @@
+"""Everything wrong with a configuration is said in one line before any job starts."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+from cospeech.errors import UserError
+from cospeech.workflow import config as configuration
+
+ROOT = Path(__file__).parents[2]
+DEMO = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
+
+
+def changed(**changes):
+    """Return the demo's configuration with dotted keys set (double underscores for dots)."""
+    config = copy.deepcopy(DEMO)
+    for key, value in changes.items():
+        place = config
+        *way, last = key.split("__")
+        for step in way:
+            place = place[step]
+        place[last] = value
+    return config
+
+
+def calibrated(**keys):
+    return changed(**{f"capture__calibration__{key}": value for key, value in keys.items()})
+
+
+def overlay(base, top):
+    for key, value in top.items():
+        if isinstance(value, dict) and isinstance(base.get(key), dict):
+            overlay(base[key], value)
+        else:
+            base[key] = value
+    return base
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_configuration_that_we_ship_is_valid(path):
+    configuration.check(overlay(copy.deepcopy(DEMO), yaml.safe_load(path.read_text())))
+
+
+@pytest.mark.parametrize(
+    ("config", "complaint"),
+    [
+        (changed(speeech={}), "unknown key 'speeech'; did you mean 'speech'"),
+        (changed(studio__couplng=1), "config: studio: unknown key 'couplng'; did you mean 'coupling'"),
+        (changed(studio__coupling="high"), "config: studio.coupling: 'high' is not of type 'number'"),
+        (changed(studio__coupling=1.5), "config: studio.coupling: 1.5 is greater than the maximum of 1"),
+        (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
+        (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),
+        (changed(synthesis__censoring="left"), "synthesis.censoring: 'left' is not one of"),
+        (changed(speech__pitch_min_hz=500), "pitch_min_hz must be below"),
+        (changed(speech__window_s=0.01), "window_s must be at least frame_s"),
+        (changed(synthesis__max_duration_s=0.01), "at least two prosody frames"),
+        (changed(animation__video__shown="clock"), "not in animation.systems"),
+        (changed(animation__systems=["hsmm_weighted"]), "must contain 'random'"),
+        (changed(phrases__gesture__labels=["left", "right"]), "must contain 'rest'"),
+        (changed(evaluation__interior__head_s=60.0), "leaves nothing of a record"),
+        (changed(corpus__name="mine"), "only the studio's"),
+        (changed(corpus__markers__up="-z"), "up is '-z' and facing 'z'; they must lie along different axes"),
+        (changed(corpus__markers__up="w"), "config: corpus.markers.up: 'w' is not one of"),
+        (changed(corpus__markers__names={"left_hnd": "LHND"}), "no marker 'left_hnd'; did you mean 'left_hand'"),
+        (changed(run="a/b"), "config: run: 'a/b' does not match"),
+        (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
+        (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
+        (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
+        (calibrated(method="board", films="x", board="y"), "a board takes [], or one {origin_frame: ...}"),
+        (calibrated(method="given"), "capture.calibration.file: name the TOML"),
+        (calibrated(method="lidar"), "capture.calibration.method: 'lidar' is not one of"),
+        (calibrated(facts=[{"from_frame": 1, "place_m": [0, 0, 0]}]), "capture.calibration.facts.0"),
+        (
+            changed(corpus__source="recorded", corpus__name="mine", corpus__records=[{"record": "a"}]),
+            "'actor' is a required property",
+        ),
+    ],
+)
+def test_mistakes_are_named_in_one_line(config, complaint):
+    with pytest.raises(UserError) as caught:
+        configuration.check(config)
+    assert complaint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_order_of_keys_does_not_matter():
+    turned = dict(reversed(DEMO.items())) | {"phrases": dict(reversed(DEMO["phrases"].items()))}
+    assert str(configuration.in_order(turned)) == str(configuration.in_order(DEMO))
+    assert configuration.in_order(DEMO) == DEMO
+
+
+def test_the_films_of_a_calibration_are_named_by_their_cameras(tmp_path):
+    config = calibrated(films=str(tmp_path))
+    assert configuration.calibration_films(DEMO) == {}
+    with pytest.raises(UserError, match="no film lies there"):
+        configuration.calibration_films(config)
+    for name in ("c2.MP4", "c1.mov", "notes.txt"):
+        (tmp_path / name).touch()
+    found = {"c1": str(tmp_path / "c1.mov"), "c2": str(tmp_path / "c2.MP4")}
+    assert configuration.calibration_films(config) == found
+    (tmp_path / "c1.avi").touch()
+    with pytest.raises(UserError, match="two films are called 'c1'"):
+        configuration.calibration_films(config)
+
+
+def test_a_run_that_only_calibrates_needs_no_record():
+    config = calibrated(method="given", file="rig.toml")
+    config["corpus"] |= {"source": "recorded", "name": "mine"}
+    configuration.check(config)
+    assert configuration.brings(configuration.records(config, "results/x")) == frozenset()
+
+
+def recorded(records):
+    return changed(corpus__source="recorded", corpus__name="mine", corpus__records=records)
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.bvh", "a.wav", "b.bvh", "b.wav", "p.csv"):
+        Path(name).touch()
+
+
+A = {"record": "a", "actor": "x", "motion": "a.bvh", "audio": "a.wav"}
+B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ([A, A], "'a' is listed twice"),
+        ([A], "actor 'x' has one record"),
+        ([A, B | {"actor": "y"}], "has one record"),
+        ([A, B | {"audio": "c.wav"}], "record 'b': no audio file c.wav"),
+        ([A, B | {"start_s": 5, "end_s": 4}], "record 'b': end_s 4 is not after start_s 5"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_records_are_checked(given, complaint):
+    with pytest.raises(UserError, match=complaint):
+        configuration.records(recorded(given), "results/x")
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ([A, {k: v for k, v in B.items() if k != "audio"}], r"record 'b' has no audio \(or prosody\)"),
+        ([A, {"record": "b", "actor": "x", "motion": "b.bvh", "prosody": "p.csv"}], "make two runs of them"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_a_corpus_is_uniform(given, complaint):
+    with pytest.raises(UserError, match=complaint):
+        configuration.brings(configuration.records(recorded(given), "results/x"))
+
+
+@pytest.fixture
+def captured(files):
+    """Two records, one in films and one in markers, whose actor's range-of-motion take is in films too."""
+    for folder in ("a", "range"):
+        Path(folder).mkdir()
+        for name in ("c2.MP4", "c1.mkv", "sound.wav", "._c1.mp4"):
+            Path(folder, name).touch()
+    Path("b.c3d").touch()
+    config = recorded([
+        {"record": "a", "actor": "x", "views": "a", "audio": "a.wav"},
+        {"record": "b", "actor": "x", "motion": "b.c3d", "audio": "b.wav"},
+    ])  # fmt: skip
+    config["capture"] |= {"ranges": {"x": "range"}, "offsets_s": {"c1": 0.5, "range~x": {"c2": 1.0}}}
+    config["capture"]["calibration"] |= {"method": "given", "file": "rig.toml"}
+    return config
+
+
+def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
+    listed = configuration.records(captured, "r")
+    assert configuration.brings(listed) == {"motion", "audio"}
+    assert configuration.takes(captured, listed, "r") == {
+        "a": ["a/c1.mkv", "a/c2.MP4"], "b": ["b.c3d"], "range~x": ["range/c1.mkv", "range/c2.MP4"]
+    }  # fmt: skip
+    assert configuration.offsets_s(captured, "a") == {"c1": 0.5}
+    assert configuration.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
+    takes = configuration.takes(DEMO, configuration.records(DEMO, "r"), "r")
+    assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
+    assert len(takes) == 8 + 2
+    unfilmed = changed(studio__film=False)
+    assert configuration.takes(unfilmed, configuration.records(unfilmed, "r"), "r") == {}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("ranges", {}, r"take, marker file or folder, in capture\.ranges\.x"),
+        ("ranges", {"x": "nowhere"}, "nowhere: no such folder of films, and no marker file"),
+        ("ranges", {"x": "none.trc"}, r"no marker file none\.trc"),
+        ("ranges", {"x": "empty"}, "empty: no film lies there"),
+        ("ranges", {"x": "twice"}, "twice: two films are called 'c1'"),
+        ("offsets_s", {"a": {"c9": 1.0}}, r"capture\.offsets_s: no view is called 'c9'; views are c1, c2"),
+        ("offsets_s", {"c9": 1.0}, r"capture\.offsets_s: no view is called 'c9'; views are b, c1, c2"),
+        ("offsets_s", {"c": {"c1": 1.0}}, r"capture\.offsets_s: no take is called 'c'; takes are a, b, range~x"),
+        ("calibration", DEMO["capture"]["calibration"], r"record 'a' comes as films, whose cameras must be known"),
+    ],
+)
+def test_takes_that_cannot_be_captured_are_named(captured, key, value, complaint):
+    Path("empty").mkdir()
+    Path("twice").mkdir()
+    for name in ("c1.mkv", "c1.mp4"):
+        Path("twice", name).touch()
+    captured["capture"][key] = value
+    with pytest.raises(UserError, match=complaint):
+        configuration.takes(captured, configuration.records(captured, "r"), "r")
+
+
+@pytest.mark.usefixtures("files")
+def test_a_record_has_one_kind_of_motion():
+    with pytest.raises(UserError, match="record 'a' has both motion and views"):
+        configuration.records(recorded([A | {"views": "a"}, B]), "r")
+
+
+@pytest.mark.usefixtures("files")
+def test_a_sheet_in_csv_is_the_same_as_a_list():
+    Path("sheet.csv").write_text("record,actor,motion,audio,start_s\na,x,a.bvh,a.wav,\nb,x,b.bvh,b.wav,1.5\n")
+    from_sheet = configuration.records(recorded("sheet.csv"), "r")
+    assert from_sheet == configuration.records(recorded([A, B | {"start_s": 1.5}]), "r")
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("record,actor,video\n", "unknown column 'video'"),
+        ("record\na\n", "columns 'record' and 'actor' are needed"),
+        ("record,actor,start_s\na,x,soon\n", "line 2: start_s 'soon' is not a number"),
+        ("record,actor\na,x,y\n", "line 2 has more cells"),
+        ("record,actor\n,x\n", "line 2: needs a record and an actor"),
+        ("record,actor\na/b,x\n", "line 2: 'a/b' becomes part of a path"),
+    ],
+)
+def test_mistakes_in_a_sheet_are_named(tmp_path, text, complaint):
+    sheet = tmp_path / "sheet.csv"
+    sheet.write_text(text)
+    with pytest.raises(UserError, match=complaint):
+        configuration.records(recorded(str(sheet)), "r")
+
+
+def test_a_missing_sheet_is_named():
+    with pytest.raises(UserError, match=r"nowhere\.csv: cannot be read"):
+        configuration.records(recorded("nowhere.csv"), "r")
+
+
+def test_settings_of_the_sweep_leave_out_the_main_one():
+    assert configuration.main_setting(DEMO).path == "clusters~8/states~3"
+    lines = configuration.sweep_settings(DEMO)
+    assert [setting.clusters for setting in lines if setting.states == 3] == [4, 6, 10, 12, 14, 16]
+    assert [setting.states for setting in lines if setting.clusters == 8] == [5, 7, 9]
+    assert len(lines) == 9
+    full = configuration.sweep_settings(changed(sweep__grid="full"))
+    assert len(full) == 7 * 4 - 1
+    assert configuration.main_setting(DEMO) not in full
+
+
+def test_studio_records_point_to_raw_files():
+    listed = configuration.records(DEMO, "results/demo")
+    assert len(listed) == 8
+    assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
+    assert configuration.brings(listed) == {"motion", "audio"}
+    silent = configuration.records(changed(studio__sound=False), "results/demo")
+    assert configuration.brings(silent) == {"gestures", "prosody"}

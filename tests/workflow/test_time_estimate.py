@@ -1,0 +1,50 @@
+"""Estimates follow the amount of work, and fit what the demo took."""
+
+import copy
+
+import pytest
+import yaml
+
+from cospeech.data.tables import schema_folder
+from cospeech.workflow import time_estimate
+
+DEMO = yaml.safe_load((schema_folder().parent / "config" / "demo.yaml").read_text(encoding="utf-8"))
+FILMS = {"studio_film": 8, "track": 10, "studio_range": 2, "studio_laser": 1, "laser": 1}
+
+
+def test_nothing_takes_no_time_and_a_small_job_its_start():
+    assert time_estimate.seconds({}, DEMO, 5, 9) == 0.0
+    assert time_estimate.seconds({"page": 1}, DEMO, 5, 9) == time_estimate.START_S
+
+
+def test_films_take_as_long_as_they_have_pixels():
+    small = time_estimate.seconds({"studio_film": 8}, DEMO, 5, 0) - 8 * time_estimate.START_S
+    assert small == pytest.approx(8 * 60 * 20 * 5 * time_estimate.PICTURE_S["studio_film"])
+    large = copy.deepcopy(DEMO)
+    large["studio"]["camera_width_px"] *= 2
+    for actor in large["studio"]["actors"]:
+        actor["duration_s"] *= 3
+    assert time_estimate.seconds({"studio_film": 8}, large, 5, 0) - 8 * time_estimate.START_S == pytest.approx(
+        12 * small
+    )
+
+
+def test_a_sweep_takes_as_long_as_it_has_settings():
+    one, ten = (time_estimate.seconds({"sweep_settings": 1}, DEMO, 0, n) - time_estimate.START_S for n in (1, 10))
+    assert ten == pytest.approx(10 * one)
+
+
+def test_the_line_tells_jobs_time_and_room_for_films():
+    told = time_estimate.line(FILMS, DEMO, 5, 0, 2)
+    assert told.startswith("22 jobs, about 0:0")
+    assert told.endswith("on 2 cores; 0.5 GB of film")
+    assert "film" not in time_estimate.line({"page": 1}, DEMO, 5, 0, 2)
+
+
+def test_a_video_takes_as_long_as_what_it_shows():
+    seconds = []
+    for longest_s in (30, 60, 90, None):
+        config = copy.deepcopy(DEMO)
+        config["animation"]["video"]["longest_s"] = longest_s
+        seconds.append(time_estimate.seconds({"comparison": 1}, config, 5, 0) - time_estimate.START_S)
+    assert seconds[1:] == pytest.approx([2 * seconds[0]] * 3)

@@ -1,0 +1,122 @@
+# Gesture phrases from joint angles, and intonation phrases from prosody.
+
+
+def cluster_tables(setting):
+    """The named outputs of the prosody clusters of one fold at this setting."""
+    folder = f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{record}}"
+    return {name: f"{folder}/{name}.parquet" for name in ("segments", "model", "fit")}
+
+
+# A corpus of complete gesture segments brings these tables itself.
+if "motion" in BRINGS:
+
+    rule gesture_model:
+        input:
+            motion=lambda wildcards: expand(
+                f"{RESULTS}/motion/{{record}}.parquet",
+                record=records_of(wildcards.actor),
+            ),
+            annotations=lambda wildcards: expand(
+                f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+                record=records_of(wildcards.actor),
+            ),
+        output:
+            model=f"{RESULTS}/phrases/gesture/actor~{{actor}}/model.parquet",
+            fit=f"{RESULTS}/phrases/gesture/actor~{{actor}}/fit.parquet",
+        log:
+            f"{RESULTS}/logs/gesture_model/{{actor}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/gesture_model/{{actor}}.tsv"
+        params:
+            records=lambda wildcards: records_of(wildcards.actor),
+            settings=config["phrases"]["gesture"],
+            corpus=config["corpus"]["name"],
+            code=code("segmentation/gesture_model"),
+        message:
+            "gesture phrase model of {wildcards.actor}"
+        script:
+            "../../scripts/segmentation/gesture_model.py"
+
+    rule gesture_phrases:
+        input:
+            model=lambda wildcards: f"{RESULTS}/phrases/gesture/actor~{actor_of(wildcards.record)}/model.parquet",
+            motion=f"{RESULTS}/motion/{{record}}.parquet",
+            annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+        output:
+            segments=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+        log:
+            f"{RESULTS}/logs/gesture_phrases/{{record}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/gesture_phrases/{{record}}.tsv"
+        params:
+            corpus=config["corpus"]["name"],
+            code=code("segmentation/gesture_phrases"),
+        message:
+            "gesture phrases of {wildcards.record}"
+        script:
+            "../../scripts/segmentation/gesture_phrases.py"
+
+    rule gesture_fold:
+        input:
+            motion=lambda wildcards: expand(f"{RESULTS}/motion/{{record}}.parquet", record=others(wildcards.fold)),
+            annotations=lambda wildcards: expand(
+                f"{RESULTS}/corpus/annotations/{{record}}.parquet",
+                record=others(wildcards.fold),
+            ),
+        output:
+            segments=f"{RESULTS}/phrases/gesture/fold~{{fold}}/segments.parquet",
+            model=f"{RESULTS}/phrases/gesture/fold~{{fold}}/model.parquet",
+            fit=f"{RESULTS}/phrases/gesture/fold~{{fold}}/fit.parquet",
+        log:
+            f"{RESULTS}/logs/gesture_fold/{{fold}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/gesture_fold/{{fold}}.tsv"
+        params:
+            records=lambda wildcards: others(wildcards.fold),
+            settings=config["phrases"]["gesture"],
+            corpus=config["corpus"]["name"],
+            code=code("segmentation/gesture_fold"),
+        message:
+            "gesture phrases without {wildcards.fold}"
+        script:
+            "../../scripts/segmentation/gesture_fold.py"
+
+
+def records_of_fold(wildcards):
+    """All records of the actor of a fold, the one held out among them."""
+    return records_of(actor_of(wildcards.record))
+
+
+def prosody_of_fold(wildcards):
+    """The prosody of these records."""
+    return expand(f"{RESULTS}/speech/{{record}}/prosody.parquet", record=records_of_fold(wildcards))
+
+
+def training_of_fold(wildcards):
+    """The records whose prosody a fold learns from."""
+    strict = config["phrases"]["folds"] == "strict"
+    return others(wildcards.record) if strict else records_of_fold(wildcards)
+
+
+rule prosody_clusters:
+    input:
+        prosody=prosody_of_fold,
+    output:
+        **cluster_tables(MAIN),
+    log:
+        f"{RESULTS}/logs/prosody_clusters/{{record}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/prosody_clusters/{{record}}.tsv"
+    params:
+        records=records_of_fold,
+        training=training_of_fold,
+        setting=tuple(MAIN),
+        settings=config["phrases"]["prosody"],
+        frame_s=config["speech"]["frame_s"],
+        seed=config["seed"],
+        corpus=config["corpus"]["name"],
+        code=code("segmentation/prosody_clusters"),
+    message:
+        "prosody clusters without {wildcards.record}"
+    script:
+        "../../scripts/segmentation/prosody_clusters.py"
