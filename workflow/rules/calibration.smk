@@ -16,14 +16,8 @@ if CALIBRATED and METHOD == "laser":
             films=list(TAKE_FILMS.values()),
         output:
             laser=f"{RESULTS}/capture/laser.parquet",
-        log:
-            f"{RESULTS}/logs/laser.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/laser.tsv"
         params:
             most_frames_apart=config["capture"]["track"]["most_frames_apart"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/laser"),
         message:
             "the laser spot in every view"
         script:
@@ -38,14 +32,8 @@ if CALIBRATED and METHOD == "board":
             board=CALIBRATION["board"],
         output:
             corners=f"{RESULTS}/capture/corners.parquet",
-        log:
-            f"{RESULTS}/logs/corners.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/corners.tsv"
         params:
             most_frames_apart=config["capture"]["track"]["most_frames_apart"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/corners"),
         message:
             "the board's corners in every view"
         script:
@@ -69,17 +57,11 @@ if CALIBRATED:
             cameras=f"{RESULTS}/capture/cameras.parquet",
             quality=f"{RESULTS}/capture/calibration_quality.parquet",
             picture=f"{RESULTS}/capture/rig.png",
-        log:
-            f"{RESULTS}/logs/calibrate.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/calibrate.tsv"
         params:
             method=METHOD,
             facts=CALIBRATION["facts"],
             up=CALIBRATION["up"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/calibrate"),
         message:
             "the cameras of the rig"
         script:
@@ -90,13 +72,6 @@ if CALIBRATED:
             cameras=rules.calibrate.output.cameras,
         output:
             toml=f"{RESULTS}/export/calibration.toml",
-        log:
-            f"{RESULTS}/logs/export_calibration.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/export_calibration.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/export_calibration"),
         message:
             "the cameras as TOML"
         script:

@@ -41,16 +41,10 @@ if FILMED:
             sound=sound_of,
         output:
             offsets=f"{RESULTS}/capture/{{take}}/offsets.parquet",
-        log:
-            f"{RESULTS}/logs/offsets/{{take}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/offsets/{{take}}.tsv"
         wildcard_constraints:
             take="|".join(FILMED),
         params:
             given_s=lambda wildcards: configuration.offsets_s(config, wildcards.take),
-            corpus=config["corpus"]["name"],
-            code=code("capture/offsets"),
         message:
             "how far the films of {wildcards.take} are out of step"
         script:
@@ -69,16 +63,10 @@ if FILMED:
             views=f"{RESULTS}/capture/{{take}}/markers_2d.parquet",
             world=f"{RESULTS}/capture/{{take}}/markers_3d.parquet",
             spans=f"{RESULTS}/capture/{{take}}/marker_spans.parquet",
-        log:
-            f"{RESULTS}/logs/track/{{take}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/track/{{take}}.tsv"
         wildcard_constraints:
             take="|".join(FILMED),
         params:
             settings=config["capture"]["track"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/track"),
         message:
             "markers of {wildcards.take} in every view and in the world"
         script:
@@ -97,13 +85,6 @@ if FILMED:
         output:
             table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
             pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
-        log:
-            f"{RESULTS}/logs/worst_moments/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/worst_moments/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/worst_moments"),
         message:
             "worst moments of the markers of {wildcards.record}"
         script:
@@ -118,13 +99,6 @@ if FILMED:
             world=f"{RESULTS}/capture/{{record}}/markers_3d.parquet",
         output:
             video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
-        log:
-            f"{RESULTS}/logs/overlay/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/overlay/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/overlay"),
         message:
             "films of {wildcards.record} with their markers"
         script:
@@ -139,17 +113,11 @@ if len(TAKES) > len(FILMED):
         output:
             world=f"{RESULTS}/capture/{{take}}/markers_3d.parquet",
             spans=f"{RESULTS}/capture/{{take}}/marker_spans.parquet",
-        log:
-            f"{RESULTS}/logs/marker_file/{{take}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/marker_file/{{take}}.tsv"
         wildcard_constraints:
             take="|".join(take for take in TAKES if take not in FILMED),
         params:
             markers=config["corpus"]["markers"],
             longest_hidden_s=config["capture"]["track"]["longest_hidden_s"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/marker_file"),
         message:
             "markers of {wildcards.take} as another system measured them"
         script:
@@ -165,14 +133,8 @@ if TAKES:
         output:
             motion=f"{RESULTS}/capture/{{record}}/motion.parquet",
             observability=f"{RESULTS}/capture/{{record}}/observability.parquet",
-        log:
-            f"{RESULTS}/logs/skeleton/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/skeleton/{{record}}.tsv"
         params:
             static_s=config["capture"]["static_s"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/skeleton"),
         message:
             "joint angles of {wildcards.record} from its markers"
         script:
@@ -186,13 +148,6 @@ if TAKES:
             trc=f"{RESULTS}/export/{{record}}.trc",
             c3d=f"{RESULTS}/export/{{record}}.c3d",
             bvh=f"{RESULTS}/export/{{record}}.bvh",
-        log:
-            f"{RESULTS}/logs/export_motion/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/export_motion/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("capture/export_motion"),
         message:
             "{wildcards.record} as TRC, C3D and BVH"
         script:
@@ -210,14 +165,8 @@ if VIRTUAL and FILMED:
             views=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_2d.parquet",
             world=f"{RESULTS}/capture/{{take}}/{OTHER}/markers_3d.parquet",
             spans=f"{RESULTS}/capture/{{take}}/{OTHER}/marker_spans.parquet",
-        log:
-            f"{RESULTS}/logs/track_other/{{take}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/track_other/{{take}}.tsv"
         params:
             settings=config["capture"]["track"] | {"method": OTHER},
-            corpus=config["corpus"]["name"],
-            code=code("capture/track"),
         message:
             f"markers of {{wildcards.take}} by the method '{OTHER}'"
 
@@ -239,17 +188,11 @@ if VIRTUAL and FILMED:
             true_motion=expand(f"{RESULTS}/corpus/truth/motion~{{record}}.parquet", record=RECORDS),
         output:
             scores=f"{RESULTS}/capture/capture_scores.parquet",
-        log:
-            f"{RESULTS}/logs/capture_scores.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/capture_scores.tsv"
         params:
             records=list(RECORDS),
             tracked=[(record, method) for record, method, _ in TRACKED],
             method=TRACKER,
             static_s=config["capture"]["static_s"],
-            corpus=config["corpus"]["name"],
-            code=code("capture/capture_scores"),
         message:
             "what capture found, against what was planted"
         script:

@@ -1,4 +1,4 @@
-# What the rules of several rooms ask: who a record belongs to, and what a script rests on.
+# What rules of several rooms need: which actor a record belongs to, and what every rule with a script shares.
 
 
 def actor_of(record):
@@ -22,9 +22,17 @@ def others(record):
 FIRST_RECORDS = [records_of(actor)[0] for actor in ACTORS]
 
 
-def code(name):
-    """The content hash of scripts/<name>.py and of every module of the package that it rests on."""
-    return code_hash.code_hash(Path(workflow.basedir) / "scripts" / f"{name}.py")
+def complete(scripted):
+    """Give a rule with a script what all of these share: its log, its benchmark, the corpus and the hash of its code.
+
+    Log and benchmark lie in a folder named after the rule, and are named after its wildcards.
+    """
+    script = Path(scripted.basedir.get_path_or_uri(secret_free=False), scripted.script).resolve()
+    name = "/".join([scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names))])
+    scripted.log_modifier = scripted.benchmark_modifier = workflow.modifier.path_modifier
+    scripted.set_log(f"{RESULTS}/logs/{name}.log")
+    scripted.benchmark = f"{RESULTS}/benchmarks/{name}.tsv"
+    scripted.set_params(corpus=config["corpus"]["name"], code=code_hash.code_hash(script))
 
 
 def mistakes(since):

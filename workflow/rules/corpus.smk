@@ -46,18 +46,12 @@ rule record:
     output:
         **DELIVERED,
         record=f"{RESULTS}/corpus/records/{{record}}.parquet",
-    log:
-        f"{RESULTS}/logs/record/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/record/{{record}}.tsv"
     params:
         record=given_record,
         motion=config["corpus"]["motion"],
         length_tolerance_s=config["corpus"]["length_tolerance_s"],
         labels=config["phrases"]["gesture"]["labels"],
         frame_s=config["speech"]["frame_s"],
-        corpus=config["corpus"]["name"],
-        code=code("corpus/record"),
     message:
         "record {wildcards.record} enters"
     script:
@@ -71,14 +65,8 @@ rule examples:
         record=f"{RESULTS}/corpus/records/{{record}}.parquet",
     output:
         annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
-    log:
-        f"{RESULTS}/logs/examples/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/examples/{{record}}.tsv"
     params:
         labels=config["phrases"]["gesture"]["labels"],
-        corpus=config["corpus"]["name"],
-        code=code("corpus/examples"),
     message:
         "labelled examples of {wildcards.record}"
     script:
@@ -90,13 +78,6 @@ rule records:
         records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
     output:
         records=f"{RESULTS}/corpus/records.parquet",
-    log:
-        f"{RESULTS}/logs/records.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/records.tsv"
-    params:
-        corpus=config["corpus"]["name"],
-        code=code("corpus/records"),
     message:
         "the record sheet"
     script:
@@ -108,13 +89,6 @@ rule annotations:
         annotations=expand(f"{RESULTS}/corpus/annotations/{{record}}.parquet", record=RECORDS),
     output:
         annotations=f"{RESULTS}/corpus/annotations.parquet",
-    log:
-        f"{RESULTS}/logs/annotations.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/annotations.tsv"
-    params:
-        corpus=config["corpus"]["name"],
-        code=code("corpus/annotations"),
     message:
         "the labelled examples"
     script:
@@ -128,14 +102,8 @@ rule export_annotations:
     output:
         eaf=f"{RESULTS}/annotations/{{record}}.eaf",
         textgrid=f"{RESULTS}/annotations/{{record}}.TextGrid",
-    log:
-        f"{RESULTS}/logs/export_annotations/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/export_annotations/{{record}}.tsv"
     params:
         labels=config["phrases"]["gesture"]["labels"],
-        corpus=config["corpus"]["name"],
-        code=code("corpus/export_annotations"),
     message:
         "gesture phrases of {wildcards.record} for ELAN and Praat"
     script:

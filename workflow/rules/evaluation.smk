@@ -27,16 +27,10 @@ rule record_scores:
         ],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
-    log:
-        f"{RESULTS}/logs/record_scores.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/record_scores.tsv"
     params:
         actors={record: actor_of(record) for record in RECORDS},
         scored=[(system, *setting, record) for system, setting, record in SCORED],
         rules=SCORING,
-        corpus=config["corpus"]["name"],
-        code=code("evaluation/record_scores"),
     message:
         f"scores of {len(SCORED)} synthesised records"
     script:
@@ -49,17 +43,11 @@ rule session_scores:
     output:
         scores=f"{RESULTS}/evaluation/session_scores.parquet",
         differences=f"{RESULTS}/evaluation/differences.parquet",
-    log:
-        f"{RESULTS}/logs/session_scores.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/session_scores.tsv"
     params:
         clusters=MAIN.clusters,
         states=MAIN.states,
         bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("evaluation/session_scores"),
     message:
         "scores of synthesis sessions, and differences between systems"
     script:
@@ -80,16 +68,10 @@ if "motion" in BRINGS:
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
-        log:
-            f"{RESULTS}/logs/motion_statistics.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/motion_statistics.tsv"
         params:
             actors={record: actor_of(record) for record in RECORDS},
             animated=ANIMATED,
             bins=config["evaluation"]["speed_bins"],
-            corpus=config["corpus"]["name"],
-            code=code("evaluation/motion_statistics"),
         message:
             "speed, acceleration and jerk of original and synthesised motion"
         script:
@@ -119,18 +101,12 @@ if VIRTUAL:
             prosody=[f"{RESULTS}/speech/{record}/prosody.parquet" for record in HEARD],
         output:
             recovery=f"{RESULTS}/evaluation/recovery.parquet",
-        log:
-            f"{RESULTS}/logs/recovery.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/recovery.tsv"
         params:
             actors={record: actor_of(record) for record in RECORDS},
             clustered=[(*setting, fold) for setting, fold in CLUSTERED],
             frame_s=config["speech"]["frame_s"],
             voiced_gain=config["speech"]["voiced_gain"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("evaluation/recovery"),
         message:
             "how much of what was planted is found again"
         script:
@@ -155,10 +131,6 @@ if VIRTUAL and FILMED:
             ),
         output:
             scores=f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet",
-        log:
-            f"{RESULTS}/logs/true_angles/{{actor}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/true_angles/{{actor}}.tsv"
         params:
             records=lambda wildcards: records_of(wildcards.actor),
             settings=config["phrases"]["gesture"],
@@ -168,8 +140,6 @@ if VIRTUAL and FILMED:
             censoring=config["synthesis"]["censoring"],
             frame_s=config["speech"]["frame_s"],
             rules=SCORING,
-            corpus=config["corpus"]["name"],
-            code=code("evaluation/true_angles"),
         message:
             "what the true joint angles of {wildcards.actor} give"
         script:
@@ -181,15 +151,9 @@ if VIRTUAL and FILMED:
             true=expand(f"{RESULTS}/evaluation/true_angles/{{actor}}.parquet", actor=ACTORS),
         output:
             effect=f"{RESULTS}/evaluation/film_effect.parquet",
-        log:
-            f"{RESULTS}/logs/film_effect.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/film_effect.tsv"
         params:
             bootstrap=config["evaluation"]["bootstrap"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("evaluation/film_effect"),
         message:
             "scores from film beside those from the true joint angles"
         script:

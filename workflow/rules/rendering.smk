@@ -36,15 +36,9 @@ if "motion" in BRINGS:
             units=[of_system(system, "units.parquet") for system in ANIMATION["systems"]],
             motion=[of_system(system, "motion.parquet") for system in ANIMATION["systems"]],
             bvh=[of_system(system, "motion.bvh") for system in ANIMATION["systems"]],
-        log:
-            f"{RESULTS}/logs/motion/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/motion/{{record}}.tsv"
         params:
             settings={key: ANIMATION[key] for key in ("systems", "continuity_weight", "smoothing")},
             others=training_records,
-            corpus=config["corpus"]["name"],
-            code=code("rendering/motion"),
         message:
             "motion of {wildcards.record} from the gestures of the training records"
         script:
@@ -57,14 +51,8 @@ if "motion" in BRINGS:
             audio=SOUND,
         output:
             video=of_system("{system}", "motion.mp4"),
-        log:
-            f"{RESULTS}/logs/video/{{system}}/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/video/{{system}}/{{record}}.tsv"
         params:
             settings=FILM,
-            corpus=config["corpus"]["name"],
-            code=code("rendering/video"),
         message:
             "video of {wildcards.record} by {wildcards.system}"
         script:
@@ -86,15 +74,9 @@ if "motion" in BRINGS:
             shot=SHOT,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
-        log:
-            f"{RESULTS}/logs/comparison/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/comparison/{{record}}.tsv"
         params:
             settings=FILM,
             titles=["captured" if SHOT else "original", SHOWN, "random"],
-            corpus=config["corpus"]["name"],
-            code=code("rendering/comparison"),
         message:
             f"video of {{wildcards.record}}: original, {SHOWN} and random side by side"
         script:
@@ -108,15 +90,9 @@ if "motion" in BRINGS:
         output:
             picture=f"{RESULTS}/animation/stills.png",
             table=f"{RESULTS}/animation/stills.parquet",
-        log:
-            f"{RESULTS}/logs/stills.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/stills.tsv"
         params:
             records=list(RECORDS),
             labels=config["phrases"]["gesture"]["labels"],
-            corpus=config["corpus"]["name"],
-            code=code("rendering/stills"),
         message:
             "typical pictures of the gesture classes"
         script:
@@ -128,15 +104,9 @@ if "motion" in BRINGS:
             phrases=expand(of_system(SHOWN, "phrases.parquet"), record=FIRST_RECORDS),
         output:
             picture=f"{RESULTS}/animation/strip.png",
-        log:
-            f"{RESULTS}/logs/strip.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/strip.tsv"
         params:
             system=SHOWN,
             records=FIRST_RECORDS,
-            corpus=config["corpus"]["name"],
-            code=code("rendering/strip"),
         message:
             f"frames of the animation by {SHOWN}"
         script:
@@ -152,17 +122,11 @@ if "motion" in BRINGS:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=others(TRIED)),
         output:
             table=f"{RESULTS}/animation/smoothing.parquet",
-        log:
-            f"{RESULTS}/logs/smoothing.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/smoothing.tsv"
         params:
             window=ANIMATION["smoothing"]["window"],
             system=SHOWN,
             record=TRIED,
             others=others(TRIED),
-            corpus=config["corpus"]["name"],
-            code=code("rendering/smoothing"),
         message:
             "a joint angle under each smoothing filter"
         script:

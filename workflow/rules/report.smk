@@ -48,13 +48,6 @@ rule table_3_scenarios:
         records=f"{RESULTS}/corpus/records.parquet",
     output:
         table=tabled("table-3-scenarios", "Corpus"),
-    log:
-        f"{RESULTS}/logs/table_3_scenarios.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/table_3_scenarios.tsv"
-    params:
-        corpus=config["corpus"]["name"],
-        code=code("report/table_3_scenarios"),
     message:
         "the corpus by scenario"
     script:
@@ -66,15 +59,9 @@ rule table_4_1:
         phrases=phrases_of("actual", RECORDS),
     output:
         table=tabled("table-4.1", "Corpus"),
-    log:
-        f"{RESULTS}/logs/table_4_1.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/table_4_1.tsv"
     params:
         actors={record: actor_of(record) for record in RECORDS},
         labels=config["phrases"]["gesture"]["labels"],
-        corpus=config["corpus"]["name"],
-        code=code("report/table_4_1"),
     message:
         "the gesture classes"
     script:
@@ -94,18 +81,12 @@ rule fig_timeline:
     output:
         **drawn("fig-timeline", "Scores"),
         table=f"{REPORTS}/tables/fig-timeline.csv",
-    log:
-        f"{RESULTS}/logs/fig_timeline.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_timeline.tsv"
     params:
         record=TIMELINE,
         systems=STRIPS,
         titles=TITLES,
         labels=config["phrases"]["gesture"]["labels"],
         voiced_gain=config["speech"]["voiced_gain"],
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_timeline"),
     message:
         "one record from speech to gesture"
     script:
@@ -118,16 +99,10 @@ rule leaderboard:
     output:
         **drawn("leaderboard", "Scores"),
         table=f"{REPORTS}/tables/leaderboard.csv",
-    log:
-        f"{RESULTS}/logs/leaderboard.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/leaderboard.tsv"
     params:
         systems=ROLES,
         clusters=MAIN.clusters,
         states=MAIN.states,
-        corpus=config["corpus"]["name"],
-        code=code("report/leaderboard"),
     message:
         "all systems on all measures"
     script:
@@ -140,16 +115,10 @@ rule fig_differences:
     output:
         **drawn("fig-differences", "Scores"),
         table=f"{REPORTS}/tables/fig-differences.csv",
-    log:
-        f"{RESULTS}/logs/fig_differences.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_differences.tsv"
     params:
         systems=ROLES,
         bin_s=WIDEST_BIN_S,
         measures=["kappa", "D", "boundary_f1", "S"],
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_differences"),
     message:
         "which differences the corpus resolves"
     script:
@@ -163,18 +132,12 @@ rule fig_7_2a:
     output:
         **drawn("fig-7.2a", "Thesis"),
         table=f"{REPORTS}/tables/fig-7.2a.csv",
-    log:
-        f"{RESULTS}/logs/fig_7_2a.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_7_2a.tsv"
     params:
         axis="clusters",
         clusters=MAIN.clusters,
         states=MAIN.states,
         systems=SWEPT,
         titles=TITLES,
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_7_2"),
     message:
         "S and D against the clusters of prosody"
     script:
@@ -188,18 +151,12 @@ rule fig_7_2b:
     output:
         **drawn("fig-7.2b", "Thesis"),
         table=f"{REPORTS}/tables/fig-7.2b.csv",
-    log:
-        f"{RESULTS}/logs/fig_7_2b.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_7_2b.tsv"
     params:
         axis="states",
         clusters=MAIN.clusters,
         states=MAIN.states,
         systems=SWEPT,
         titles=TITLES,
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_7_2"),
     message:
         "S and D against the states of prosody"
     script:
@@ -213,18 +170,12 @@ rule fig_7_3:
     output:
         **drawn("fig-7.3", "Thesis"),
         table=f"{REPORTS}/tables/fig-7.3.csv",
-    log:
-        f"{RESULTS}/logs/fig_7_3.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_7_3.tsv"
     params:
         systems=PICTURED,
         titles=TITLES,
         labels=config["phrases"]["gesture"]["labels"],
         bin_s=DRAWN_BIN_S,
         max_duration_s=config["synthesis"]["max_duration_s"],
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_7_3"),
     message:
         "duration histograms of the first actor"
     script:
@@ -240,18 +191,12 @@ if len(ACTORS) > 1:
         output:
             **drawn("fig-7.4", "Thesis"),
             table=f"{REPORTS}/tables/fig-7.4.csv",
-        log:
-            f"{RESULTS}/logs/fig_7_4.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_7_4.tsv"
         params:
             systems=PICTURED,
             titles=TITLES,
             labels=config["phrases"]["gesture"]["labels"],
             bin_s=DRAWN_BIN_S,
             max_duration_s=config["synthesis"]["max_duration_s"],
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_7_3"),
         message:
             "duration histograms of the second actor"
         script:
@@ -265,17 +210,11 @@ rule fig_7_5:
     output:
         **drawn("fig-7.5", "Thesis"),
         table=f"{REPORTS}/tables/fig-7.5.csv",
-    log:
-        f"{RESULTS}/logs/fig_7_5.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fig_7_5.tsv"
     params:
         actors={record: actor_of(record) for record in RECORDS},
         systems=PICTURED,
         titles=TITLES,
         labels=config["phrases"]["gesture"]["labels"],
-        corpus=config["corpus"]["name"],
-        code=code("report/fig_7_5"),
     message:
         "how often each gesture occurs"
     script:
@@ -291,13 +230,6 @@ if "motion" in BRINGS:
         output:
             **drawn("fig-4.3", "Corpus"),
             table=f"{REPORTS}/tables/fig-4.3.csv",
-        log:
-            f"{RESULTS}/logs/fig_4_3.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_4_3.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_4_3"),
         message:
             "a picture of each gesture class"
         script:
@@ -309,13 +241,6 @@ if "motion" in BRINGS:
         output:
             **drawn("fig-6.3", "Thesis"),
             table=f"{REPORTS}/tables/fig-6.3.csv",
-        log:
-            f"{RESULTS}/logs/fig_6_3.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_6_3.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_6_3"),
         message:
             "smoothing filters at a phrase boundary"
         script:
@@ -326,13 +251,6 @@ if "motion" in BRINGS:
             picture=f"{RESULTS}/animation/strip.png",
         output:
             **drawn("fig-6.4", "Motion"),
-        log:
-            f"{RESULTS}/logs/fig_6_4.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_6_4.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/picture"),
         message:
             "frames of a synthesised animation"
         script:
@@ -345,14 +263,8 @@ if "motion" in BRINGS:
         output:
             **drawn("fig-motion", "Motion"),
             table=f"{REPORTS}/tables/fig-motion.csv",
-        log:
-            f"{RESULTS}/logs/fig_motion.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_motion.tsv"
         params:
             titles=TITLES,
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_motion"),
         message:
             "how fast the hands move"
         script:
@@ -367,15 +279,9 @@ if VIRTUAL:
         output:
             **drawn("fig-recovery", "Studio"),
             table=f"{REPORTS}/tables/fig-recovery.csv",
-        log:
-            f"{RESULTS}/logs/fig_recovery.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_recovery.tsv"
         params:
             clusters=MAIN.clusters,
             states=MAIN.states,
-            corpus=config["corpus"]["name"],
-            code=code("report/fig_recovery"),
         message:
             "what was planted, and what was found"
         script:
@@ -436,10 +342,6 @@ rule page:
         videos=expand(f"{RESULTS}/animation/{{record}}/comparison.mp4", record=MOVING),
     output:
         page=f"{REPORTS}/index.html",
-    log:
-        f"{RESULTS}/logs/page.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/page.tsv"
     params:
         title=config["report"]["title"],
         config=config,
@@ -460,8 +362,6 @@ rule page:
         filmed=MOVING,
         video_links={record: f"../../{RESULTS}/animation/{record}/comparison.mp4" for record in MOVING},
         run=config["run"],
-        corpus=config["corpus"]["name"],
-        code=code("report/page"),
     message:
         "the page"
     script:

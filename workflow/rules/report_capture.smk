@@ -8,16 +8,10 @@ if VIRTUAL and FILMED:
             effect=rules.film_effect.output.effect,
         output:
             table=tabled("table-capture", "Capture"),
-        log:
-            f"{RESULTS}/logs/table_capture.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/table_capture.tsv"
         params:
             width_px=config["studio"]["camera_width_px"],
             method=TRACKER,
             bin_s=WIDEST_BIN_S,
-            corpus=config["corpus"]["name"],
-            code=code("report/table_capture"),
         message:
             "capture against truth, beside its goals"
         script:
@@ -31,13 +25,6 @@ if FILMED:
             picture=rules.calibrate.output.picture,
         output:
             **drawn("fig-rig", "Capture"),
-        log:
-            f"{RESULTS}/logs/fig_rig.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fig_rig.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/picture"),
         message:
             "the rig, as it was found"
         script:
@@ -55,14 +42,8 @@ if FILMED:
             overlay=rules.overlay.output.video,
         output:
             sheet=f"{REPORTS}/capture/{{record}}.html",
-        log:
-            f"{RESULTS}/logs/quality_sheet/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/quality_sheet/{{record}}.tsv"
         params:
             corrections=config["capture"]["corrections"],
-            corpus=config["corpus"]["name"],
-            code=code("report/quality_sheet"),
         message:
             "quality sheet of {wildcards.record}"
         script:
@@ -76,13 +57,6 @@ if TAKES:
             tables=expand(f"{RESULTS}/capture/{{record}}/observability.parquet", record=CAPTURED),
         output:
             table=tabled("table-observability", "Capture"),
-        log:
-            f"{RESULTS}/logs/table_observability.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/table_observability.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("report/table_observability"),
         message:
             "which joint angles the markers tell"
         script:

@@ -23,15 +23,9 @@ if "motion" in BRINGS:
         output:
             model=f"{RESULTS}/phrases/gesture/actor~{{actor}}/model.parquet",
             fit=f"{RESULTS}/phrases/gesture/actor~{{actor}}/fit.parquet",
-        log:
-            f"{RESULTS}/logs/gesture_model/{{actor}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/gesture_model/{{actor}}.tsv"
         params:
             records=lambda wildcards: records_of(wildcards.actor),
             settings=config["phrases"]["gesture"],
-            corpus=config["corpus"]["name"],
-            code=code("segmentation/gesture_model"),
         message:
             "gesture phrase model of {wildcards.actor}"
         script:
@@ -44,13 +38,6 @@ if "motion" in BRINGS:
             annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
         output:
             segments=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
-        log:
-            f"{RESULTS}/logs/gesture_phrases/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/gesture_phrases/{{record}}.tsv"
-        params:
-            corpus=config["corpus"]["name"],
-            code=code("segmentation/gesture_phrases"),
         message:
             "gesture phrases of {wildcards.record}"
         script:
@@ -67,15 +54,9 @@ if "motion" in BRINGS:
             segments=f"{RESULTS}/phrases/gesture/fold~{{fold}}/segments.parquet",
             model=f"{RESULTS}/phrases/gesture/fold~{{fold}}/model.parquet",
             fit=f"{RESULTS}/phrases/gesture/fold~{{fold}}/fit.parquet",
-        log:
-            f"{RESULTS}/logs/gesture_fold/{{fold}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/gesture_fold/{{fold}}.tsv"
         params:
             records=lambda wildcards: others(wildcards.fold),
             settings=config["phrases"]["gesture"],
-            corpus=config["corpus"]["name"],
-            code=code("segmentation/gesture_fold"),
         message:
             "gesture phrases without {wildcards.fold}"
         script:
@@ -103,10 +84,6 @@ rule prosody_clusters:
         prosody=prosody_of_fold,
     output:
         **cluster_tables(MAIN),
-    log:
-        f"{RESULTS}/logs/prosody_clusters/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/prosody_clusters/{{record}}.tsv"
     params:
         records=records_of_fold,
         training=training_of_fold,
@@ -114,8 +91,6 @@ rule prosody_clusters:
         settings=config["phrases"]["prosody"],
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("segmentation/prosody_clusters"),
     message:
         "prosody clusters without {wildcards.record}"
     script:

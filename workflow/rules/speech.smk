@@ -8,14 +8,8 @@ if "audio" in BRINGS:
         output:
             prosody=f"{RESULTS}/speech/{{record}}/prosody.parquet",
             statistics=f"{RESULTS}/speech/{{record}}/statistics.parquet",
-        log:
-            f"{RESULTS}/logs/prosody/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/prosody/{{record}}.tsv"
         params:
             settings=config["speech"],
-            corpus=config["corpus"]["name"],
-            code=code("speech/prosody"),
         message:
             "prosody of {wildcards.record}"
         script:

@@ -27,10 +27,6 @@ rule studio_script:
         gesture_phrases=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
         prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
         annotations=f"{RESULTS}/corpus/truth/annotations.parquet",
-    log:
-        f"{RESULTS}/logs/studio_script.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_script.tsv"
     params:
         records={actor: records_of(actor) for actor in ACTORS},
         durations_s={actor["actor"]: actor["duration_s"] for actor in config["studio"]["actors"]},
@@ -39,8 +35,6 @@ rule studio_script:
         frame_s=config["speech"]["frame_s"],
         max_duration_s=config["synthesis"]["max_duration_s"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("studio/studio_script"),
     message:
         "the studio's script"
     script:
@@ -56,10 +50,6 @@ rule studio_take:
         bvh=f"{RESULTS}/corpus/raw/{{record}}.bvh",
         motion=f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
         prosody=f"{RESULTS}/corpus/truth/prosody~{{record}}.parquet",
-    log:
-        f"{RESULTS}/logs/studio_take/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_take/{{record}}.tsv"
     params:
         actor=performer_of,
         voice=voice_of,
@@ -68,8 +58,6 @@ rule studio_take:
         motion_noise_deg=config["studio"]["motion_noise_deg"],
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("studio/studio_take"),
     message:
         "take of {wildcards.record}: voice and motion"
     script:
@@ -83,17 +71,11 @@ rule studio_features:
     output:
         prosody=f"{RESULTS}/corpus/raw/{{record}}.prosody.parquet",
         gestures=f"{RESULTS}/corpus/raw/{{record}}.gestures.parquet",
-    log:
-        f"{RESULTS}/logs/studio_features/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/studio_features/{{record}}.tsv"
     params:
         voice=voice_of,
         frame_s=config["speech"]["frame_s"],
         voiced_gain=config["speech"]["voiced_gain"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("studio/studio_features"),
     message:
         "features of {wildcards.record}, without sound"
     script:
@@ -105,15 +87,9 @@ if VIRTUAL and FILMED:
     rule studio_rig:
         output:
             cameras=f"{RESULTS}/corpus/truth/cameras.parquet",
-        log:
-            f"{RESULTS}/logs/studio_rig.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/studio_rig.tsv"
         params:
             width_px=config["studio"]["camera_width_px"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("studio/studio_rig"),
         message:
             "the studio's cameras"
         script:
@@ -125,14 +101,8 @@ if VIRTUAL and FILMED:
         output:
             films=[f"{RESULTS}/corpus/raw/laser/{view}.mkv" for view in VIEWS],
             laser=f"{RESULTS}/corpus/truth/laser.parquet",
-        log:
-            f"{RESULTS}/logs/studio_laser.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/studio_laser.tsv"
         params:
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("studio/studio_laser"),
         message:
             "the calibration take"
         script:
@@ -146,15 +116,9 @@ if VIRTUAL and FILMED:
             motion=f"{RESULTS}/corpus/truth/motion_range~{{actor}}.parquet",
             markers_2d=f"{RESULTS}/corpus/truth/markers_2d_range~{{actor}}.parquet",
             markers_3d=f"{RESULTS}/corpus/truth/markers_3d_range~{{actor}}.parquet",
-        log:
-            f"{RESULTS}/logs/studio_range/{{actor}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/studio_range/{{actor}}.tsv"
         params:
             motion_fps=config["studio"]["motion_fps"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("studio/studio_range"),
         message:
             "range of motion of {wildcards.actor}"
         script:
@@ -168,15 +132,9 @@ if VIRTUAL and FILMED:
             films=[f"{RESULTS}/corpus/raw/{{record}}/{view}.mkv" for view in VIEWS],
             markers_2d=f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet",
             markers_3d=f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet",
-        log:
-            f"{RESULTS}/logs/studio_film/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/studio_film/{{record}}.tsv"
         params:
             actor=performer_of,
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("studio/studio_film"),
         message:
             "film of {wildcards.record}"
         script:

@@ -65,10 +65,6 @@ rule systems:
         hsmm=tables_of_model("hsmm"),
         phrases=[made_by(system, "phrases") for system in TOGETHER],
         decoding=[made_by(system, "decoding") for system in TOGETHER],
-    log:
-        f"{RESULTS}/logs/systems/{{record}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/systems/{{record}}.tsv"
     params:
         systems=TOGETHER,
         estimate=ESTIMATE | {"clusters": MAIN.clusters},
@@ -79,8 +75,6 @@ rule systems:
         records=records_of_fold,
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
-        corpus=config["corpus"]["name"],
-        code=code("synthesis/systems"),
     message:
         f"phrases of {{wildcards.record}} by {len(TOGETHER)} systems"
     script:
@@ -101,10 +95,6 @@ if SWEEP:
             decoding=[made_by("hsmm", "decoding", setting) for setting in SWEEP],
             weighted_phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
             weighted_decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
-        log:
-            f"{RESULTS}/logs/sweep_settings/{{record}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/sweep_settings/{{record}}.tsv"
         params:
             records=records_of_fold,
             training=training_of_fold,
@@ -115,8 +105,6 @@ if SWEEP:
             censoring=config["synthesis"]["censoring"],
             frame_s=config["speech"]["frame_s"],
             seed=config["seed"],
-            corpus=config["corpus"]["name"],
-            code=code("synthesis/sweep_settings"),
         message:
             f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, HSMM, phrases"
         script:
