@@ -17,12 +17,12 @@ from cospeech.capture.calibration import laser, world_frame
 from cospeech.capture.fitting.body_model import BodyModel
 from cospeech.capture.fitting.observability import BENT_DEG
 from cospeech.data import trajectories
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera
 from cospeech.geometry.rotation import angles_deg
 from cospeech.geometry.triangulate import triangulate
 from cospeech.motion import markers, skeleton
 
-Floats = npt.NDArray[np.float64]
 Rows = list[dict[str, Any]]
 
 VISIBLE = 1 / 3

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.bvh import Clip
 from cospeech.geometry import rotation
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 T_POSE = {side: rotation.from_euler("Z", np.array([turn])) for side, turn in (("left", 90.0), ("right", -90.0))}
 """From hanging arms to arms straight out to the sides, palms down."""

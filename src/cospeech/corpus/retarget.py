@@ -17,16 +17,14 @@ import difflib
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.corpus import rest
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.bvh import Clip
 from cospeech.motion import skeleton
 from cospeech.motion.euler import least_change
-
-Floats = npt.NDArray[np.float64]
 
 NEEDED = ("hips", "chest", *skeleton.ARM_JOINTS)
 """Joints without which there is no gesture; the others stay at zero angles where the source lacks them."""

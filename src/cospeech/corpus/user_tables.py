@@ -12,7 +12,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -20,8 +19,6 @@ import pyarrow.parquet as pq
 from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 UNEVEN = 0.01
 """Largest deviation of a frame from the even time grid, in frames."""

@@ -6,18 +6,16 @@ A segment is half-open, [start, end). Frame k of a stream with rate f covers [k 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Labels
 from cospeech.errors import UserError
 
 GESTURES = ("raise_both", "rest", "left", "perpendicular", "contact", "open", "right")
 """The gesture phrase classes g1 to g7 of Özkul 2012, Table 4.1, in its order."""
 
-Labels = npt.NDArray[Any]
 Frames = npt.NDArray[np.int64]
 
 

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.data.segments import frame_times
-
-Floats = npt.NDArray[np.float64]
 
 AXES = ["x_m", "y_m", "z_m"]
 

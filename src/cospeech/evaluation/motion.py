@@ -6,13 +6,11 @@ import math
 from itertools import permutations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 JOINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
 """Elbows and wrists, as the joints where forearm and hand begin."""

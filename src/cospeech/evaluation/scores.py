@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Integers
 from cospeech.errors import UserError
 from cospeech.metrics import agreement, boundaries, similarity
 
@@ -18,8 +18,6 @@ PARTS = ("whole", "interior")
 
 BETTER = {"S": 1, "D": -1, "boundary_f1": 1, "frames_right": 1, "kappa": 1, "phrase_ratio": 0}
 """The measures, and whether more of each is better (1), less (-1), or neither (0: a ratio ought to be 1)."""
-
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

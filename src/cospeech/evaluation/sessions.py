@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.evaluation.scores import BETTER
 from cospeech.metrics import bootstrap
@@ -16,7 +17,6 @@ from cospeech.metrics import bootstrap
 ALL = "all"
 """The name under which the records of all actors are pooled."""
 
-Floats = npt.NDArray[np.float64]
 
 _QUANTITY = ["measure", "part", "bin_s"]
 _GROUP = ["system", "clusters", "states", *_QUANTITY]

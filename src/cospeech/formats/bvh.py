@@ -12,15 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import tables
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.geometry import rotation
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 SNAP = 1e-4
 """A frame time this near to 1/N (relative) is a truncated 1/N, as in the common 0.033333."""

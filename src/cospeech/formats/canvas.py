@@ -12,8 +12,8 @@ from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from cospeech.data import tables
+from cospeech.data.arrays import Image
 
-Image = npt.NDArray[np.uint8]
 Opacity = npt.NDArray[np.float32]
 Colour = tuple[int, int, int]
 

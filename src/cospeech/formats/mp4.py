@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import soundfile
 
+from cospeech.data.arrays import Image
 from cospeech.errors import UserError
 from cospeech.kernels.jit import njit
 
-Image = npt.NDArray[np.uint8]
 Samples = npt.NDArray[np.float32]
 
 AAC_RATES_HZ = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)

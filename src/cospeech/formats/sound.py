@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import soundfile
 import soxr
 
 from cospeech.data import tables
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-
-Floats = npt.NDArray[np.float64]
 
 RATE_HZ = 16000
 """Sampling rate of the project's own sound."""

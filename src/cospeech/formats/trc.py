@@ -11,13 +11,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.data import tables
+from cospeech.data.arrays import Floats
 from cospeech.data.trajectories import METRES, Trajectories, without_zeros
 from cospeech.errors import UserError
-
-Floats = npt.NDArray[np.float64]
 
 FIELDS = (
     "DataRate",

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.rotation import from_vectors, to_vectors
-
-Floats = npt.NDArray[np.float64]
 
 NEWTON_STEPS = 20
 """Most steps of the inversion of the lens; four or five are enough for any lens that does not fold the picture."""

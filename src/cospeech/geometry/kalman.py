@@ -8,11 +8,9 @@ predicted; the smoother of Rauch, Tung and Striebel (1965) then draws it to wher
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
 
 START_SD = (1.0, 1.0, 10.0)
 """What is not known of a marker before its first sight: metres, metres a second, metres a second squared."""

@@ -7,9 +7,8 @@ hold one against the other.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 AXES = "XYZ"
 

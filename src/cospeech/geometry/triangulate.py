@@ -12,10 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import NEWTON_STEPS, Camera
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
 
 STEPS = 10
 """Most Gauss-Newton steps; three are enough where the views agree."""

@@ -20,11 +20,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.markov import hsmm_kernels
 
-Float = npt.NDArray[np.float64]
-Int = npt.NDArray[np.int64]
 Censoring = Literal["none", "right"]
 Smoothing = Literal["none", "additive", "kernel"]
 
@@ -48,16 +47,16 @@ class SemiMarkov:
 
     states: tuple[str, ...]
     symbols: tuple[str, ...]
-    initial: Float
-    transitions: Float
-    emissions: Float
-    durations: Float
+    initial: Floats
+    transitions: Floats
+    emissions: Floats
+    durations: Floats
 
 
 class Path(NamedTuple):
     """A sequence of phrases: first frames (L,), their states' names (L,), and the score of it all."""
 
-    starts: Int
+    starts: Integers
     labels: npt.NDArray[np.object_]
     log_score: float
 
@@ -68,16 +67,16 @@ class Counts:
 
     states: tuple[str, ...]
     symbols: tuple[str, ...]
-    initial: Float
-    transitions: Float
-    emissions: Float
-    durations: Float
+    initial: Floats
+    transitions: Floats
+    emissions: Floats
+    durations: Floats
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(self.states, self.symbols, *(getattr(self, name) + getattr(other, name) for name in TABLES))
 
 
-def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Int:
+def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Integers:
     """Return the place of each label in ``names``, shape (n,).
 
     Raises
@@ -166,7 +165,7 @@ def floored(model: SemiMarkov, floor: float) -> SemiMarkov:
     return SemiMarkov(model.states, model.symbols, *(_floored(getattr(model, name), floor) for name in TABLES))
 
 
-def _floored(weights: Float, floor: float) -> Float:
+def _floored(weights: Floats, floor: float) -> Floats:
     """Normalise over the last axis (flat where all are 0), raise to the floor, normalise again."""
     total = weights.sum(axis=-1, keepdims=True)
     share = np.where(total > 0, weights / np.where(total > 0, total, 1.0), 1.0 / weights.shape[-1])
@@ -174,7 +173,7 @@ def _floored(weights: Float, floor: float) -> Float:
     return raised / raised.sum(axis=-1, keepdims=True)
 
 
-def _smoothed(histograms: Float, smoothing: Smoothing, amount: float) -> Float:
+def _smoothed(histograms: Floats, smoothing: Smoothing, amount: float) -> Floats:
     if smoothing == "none":
         return histograms
     if smoothing == "additive":
@@ -226,7 +225,7 @@ def from_tables(tables: Mapping[str, pd.DataFrame]) -> SemiMarkov:
 
 def _matrix(
     tables: Mapping[str, pd.DataFrame], name: str, row: str, rows: tuple[str, ...], column: str, columns: tuple
-) -> Float:
+) -> Floats:
     table = tables[name]
     row_of, column_of = ({key: place for place, key in enumerate(keys)} for keys in (rows, columns))
     if not set(table[row]) <= set(rows) or not set(table[column]) <= set(columns):
@@ -267,7 +266,7 @@ def decode_each(
     return [_best_path(model, logs._replace(emissions=_emissions(model, weight)), *risen) for weight in weights]
 
 
-def _best_path(model: SemiMarkov, logs: _Logs, risen: Int, n_risen: Int) -> Path:
+def _best_path(model: SemiMarkov, logs: _Logs, risen: Integers, n_risen: Integers) -> Path:
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
     block = hsmm_kernels.BLOCK
@@ -295,7 +294,7 @@ def _best_path(model: SemiMarkov, logs: _Logs, risen: Int, n_risen: Int) -> Path
     return _path(model, starts, states, n_phrases, score)
 
 
-def _risen(durations: Float) -> tuple[Int, Int]:
+def _risen(durations: Floats) -> tuple[Integers, Integers]:
     """Return the durations above the least of each state, and how many (see ``semi_kernels.best_scores``)."""
     above = durations > durations.min(axis=1, keepdims=True)
     number = above.sum(axis=1)
@@ -358,12 +357,12 @@ def path_score(
 class _Logs(NamedTuple):
     """The arguments of the kernels."""
 
-    initial: Float
-    transitions: Float
-    durations: Float
-    last: Float
-    emissions: Float
-    observations: Int
+    initial: Floats
+    transitions: Floats
+    durations: Floats
+    last: Floats
+    emissions: Floats
+    observations: Integers
 
 
 def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censoring: Censoring) -> _Logs:
@@ -384,7 +383,7 @@ def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censori
         )
 
 
-def _emissions(model: SemiMarkov, weight: float) -> Float:
+def _emissions(model: SemiMarkov, weight: float) -> Floats:
     """Return the weighted logarithms of the emissions, (S, K)."""
     if weight == 0:
         return np.zeros_like(model.emissions)
@@ -393,7 +392,7 @@ def _emissions(model: SemiMarkov, weight: float) -> Float:
     return weight * np.log(model.emissions)
 
 
-def _score(logs: _Logs, starts: Int, states: Int) -> float:
+def _score(logs: _Logs, starts: Integers, states: Integers) -> float:
     lengths = np.diff(np.append(starts, len(logs.observations)))
     if lengths.max() > logs.durations.shape[1]:
         return -np.inf
@@ -406,7 +405,7 @@ def _score(logs: _Logs, starts: Int, states: Int) -> float:
     )
 
 
-def _filter(logs: _Logs) -> tuple[Float, Float, Float, float]:
+def _filter(logs: _Logs) -> tuple[Floats, Floats, Floats, float]:
     """Return what ``draw_back`` asks for (ending, offer, of_state), and the log of the summed score of all paths."""
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
@@ -427,7 +426,7 @@ def _filter(logs: _Logs) -> tuple[Float, Float, Float, float]:
     return ending, offer, of_state, float(hsmm_kernels.closing_scores(logs.last, offer, emitted, of_state))
 
 
-def _path(model: SemiMarkov, starts: Int, states: Int, n_phrases: int, score: float) -> Path:
+def _path(model: SemiMarkov, starts: Integers, states: Integers, n_phrases: int, score: float) -> Path:
     """Return the ``n_phrases`` that the kernels left at the ends of ``starts`` and ``states``."""
     labels = np.array(model.states, dtype=object)[states[-n_phrases:]]
     return Path(starts[-n_phrases:].copy(), labels, float(score))

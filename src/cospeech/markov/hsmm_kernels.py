@@ -21,12 +21,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
-
-Float = npt.NDArray[np.float64]
-Int = npt.NDArray[np.int64]
 
 BLOCK = 8
 
@@ -121,7 +118,7 @@ def _take_least(
 
 
 @njit
-def _slide(window: Float) -> None:
+def _slide(window: Floats) -> None:
     """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
     kept = window.shape[1] - SPAN
     for j in range(len(window)):
@@ -132,15 +129,15 @@ def _slide(window: Float) -> None:
 
 @njit
 def best_scores(
-    initial: Float,
-    transitions: Float,
-    durations: Float,
-    risen: Int,
-    n_risen: Int,
-    emissions: Float,
-    observations: Int,
-    offer: Float,
-    emitted: Float,
+    initial: Floats,
+    transitions: Floats,
+    durations: Floats,
+    risen: Integers,
+    n_risen: Integers,
+    emissions: Floats,
+    observations: Integers,
+    offer: Floats,
+    emitted: Floats,
     before: Any,
 ) -> None:
     """Find the best paths over [0, t) for all t (Özkul 2012, eq. 5.9).
@@ -204,13 +201,13 @@ def best_scores(
 
 @njit
 def trace_back(
-    durations: Float,
-    last: Float,
-    offer: Float,
-    emitted: Float,
+    durations: Floats,
+    last: Floats,
+    offer: Floats,
+    emitted: Floats,
     before: Any,
-    starts: Int,
-    states: Int,
+    starts: Integers,
+    states: Integers,
 ) -> tuple[float, int]:
     """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
@@ -263,15 +260,15 @@ def _log_sum(terms: Any) -> float:
 
 @njit
 def summed_scores(
-    initial: Float,
-    transitions: Float,
-    durations: Float,
-    emissions: Float,
-    observations: Int,
-    ending: Float,
-    offer: Float,
-    emitted: Float,
-    sums: Float,
+    initial: Floats,
+    transitions: Floats,
+    durations: Floats,
+    emissions: Floats,
+    observations: Integers,
+    ending: Floats,
+    offer: Floats,
+    emitted: Floats,
+    sums: Floats,
 ) -> None:
     """Fill in the summed scores of all paths over [0, t): as ``best_scores``, with log sum exp in place of max.
 
@@ -322,7 +319,7 @@ def summed_scores(
 
 
 @njit
-def closing_scores(last: Float, offer: Float, emitted: Float, of_state: Float) -> float:
+def closing_scores(last: Floats, offer: Floats, emitted: Floats, of_state: Floats) -> float:
     """Fill in, for each state, the log of the summed score of the paths that end in it; return that of all paths.
 
     Parameters
@@ -357,15 +354,15 @@ def _pick(terms: Any, uniform: float) -> int:
 
 @njit
 def draw_back(
-    transitions: Float,
-    durations: Float,
-    last: Float,
-    ending: Float,
-    offer: Float,
-    of_state: Float,
-    uniforms: Float,
-    starts: Int,
-    states: Int,
+    transitions: Floats,
+    durations: Floats,
+    last: Floats,
+    ending: Floats,
+    offer: Floats,
+    of_state: Floats,
+    uniforms: Floats,
+    starts: Integers,
+    states: Integers,
 ) -> int:
     """Write the phrases of a path drawn from the posterior to the ends of ``starts`` and ``states``, (T,).
 

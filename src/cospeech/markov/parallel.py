@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.markov import parallel_exact, parallel_scaled, parallel_viterbi
 from cospeech.markov.lanes import LANES
@@ -19,7 +20,6 @@ from cospeech.markov.parallel_scaled import FREE, MUST, NEVER
 
 __all__ = ["FREE", "MUST", "NEVER", "Clamp", "Counts", "ParallelHMM", "Path"]
 
-Floats = npt.NDArray[np.float64]
 
 LEAST_OCCUPANCY = 1e-3
 """A state that is expected to hold fewer frames keeps its parameters in the M-step."""

@@ -9,14 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from cospeech.data.arrays import Flags, Floats
 from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, TINY, exp2, put, take
-
-Float = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 BLOCK = 128
 """Frames in a block, and between two checkpoints of a forward pass; a multiple of ``ABREAST``."""
@@ -26,21 +21,21 @@ ABREAST = 4
 
 
 @njit
-def copy(source: Float, target: Float) -> None:
+def copy(source: Floats, target: Floats) -> None:
     """Copy an array (V, LANES); an assignment would bring its error messages along, which compile for seconds."""
     for v in range(len(source)):
         put(target, (v,), take(source, (v,)))
 
 
 @njit
-def scale(states: Float, factor: float) -> None:
+def scale(states: Floats, factor: float) -> None:
     """Multiply an array (V, LANES)."""
     for v in range(len(states)):
         put(states, (v,), take(states, (v,)) * factor)
 
 
 @njit
-def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
+def load(frames: Floats, start: int, pivot: Floats, block: Floats) -> int:
     """Fill ``block`` (BLOCK, D) with the frames from ``start`` less ``pivot``, 0 after the last; return how many."""
     n = min(BLOCK, len(frames) - start)
     loaded = frames[start : start + n]  # rows from 0 on: none of them can be meant to count from the end
@@ -52,7 +47,7 @@ def load(frames: Float, start: int, pivot: Float, block: Float) -> int:
 
 
 @njit
-def bar(start: int, n: int, allowed: Bool, density: Float, nothing: float) -> None:
+def bar(start: int, n: int, allowed: Flags, density: Floats, nothing: float) -> None:
     """Put ``nothing`` into ``density`` (BLOCK, V, LANES) where a branch is not allowed."""
     n_lanes = (allowed.shape[1] + LANES - 1) // LANES * LANES
     for k in range(n if len(allowed) > 0 else 0):
@@ -63,7 +58,7 @@ def bar(start: int, n: int, allowed: Bool, density: Float, nothing: float) -> No
 
 
 @njit(inline="always")
-def _abreast(k: int, v: int, block: Float, weight: Float, shift: Float, constant: Float) -> Any:
+def _abreast(k: int, v: int, block: Floats, weight: Floats, shift: Floats, constant: Floats) -> Any:
     """Return the log2 densities of the states of vector v in the frames from k on."""
     l0 = l1 = l2 = l3 = take(constant, (v,))
     for d in range(weight.shape[1]):
@@ -75,7 +70,7 @@ def _abreast(k: int, v: int, block: Float, weight: Float, shift: Float, constant
 
 
 @njit
-def log_densities(n: int, block: Float, weight: Float, shift: Float, constant: Float, density: Float) -> None:
+def log_densities(n: int, block: Floats, weight: Floats, shift: Floats, constant: Floats, density: Floats) -> None:
     """Fill ``density`` (BLOCK, V, LANES) with log2 densities."""
     for k in range(0, n, ABREAST):
         for v in range(len(constant)):
@@ -87,7 +82,7 @@ def log_densities(n: int, block: Float, weight: Float, shift: Float, constant: F
 
 
 @njit
-def densities(n: int, block: Float, weight: Float, shift: Float, constant: Float, density: Float) -> None:
+def densities(n: int, block: Floats, weight: Floats, shift: Floats, constant: Floats, density: Floats) -> None:
     """Fill ``density`` (BLOCK, V, LANES) with densities less ``TINY``: 0 where they are not greater."""
     for k in range(0, n, ABREAST):
         for v in range(len(constant)):

@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.kernels.jit import njit
-from cospeech.markov.parallel_density import BLOCK, Bool, Float
+from cospeech.markov.parallel_density import BLOCK
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
-
-Int = npt.NDArray[np.int64]
 
 IMPOSSIBLE = -math.inf
 LOG_2 = math.log(2.0)
@@ -31,7 +29,7 @@ def log_add(a: float, b: float) -> float:
 
 
 @njit
-def log_sum(a: Float, b: Float) -> float:
+def log_sum(a: Floats, b: Floats) -> float:
     """Return the logarithm of the sum of exp(a + b) over two vectors."""
     high = IMPOSSIBLE
     for i in range(len(a)):
@@ -45,7 +43,7 @@ def log_sum(a: Float, b: Float) -> float:
 
 
 @njit
-def _copy(source: Float, target: Float) -> None:
+def _copy(source: Floats, target: Floats) -> None:
     """Copy a vector; an assignment of arrays would bring its error messages along, which compile for seconds."""
     for i in range(len(source)):
         target[i] = source[i]
@@ -53,7 +51,7 @@ def _copy(source: Float, target: Float) -> None:
 
 @njit
 def log_densities(
-    frame: Float, allowed: Bool, weight: Float, shift: Float, constant: Float, pivot: Float, density: Float
+    frame: Floats, allowed: Flags, weight: Floats, shift: Floats, constant: Floats, pivot: Floats, density: Floats
 ) -> None:
     """Fill ``density`` (S,) with the natural log-density of one frame (D,); ``allowed`` is (M,), or (0,) for all."""
     for s in range(len(constant)):
@@ -68,7 +66,7 @@ def log_densities(
 
 @njit
 def _forward(
-    t: int, alpha: Float, density: Float, cut: int, entry: Float, stay: Float, leave: Float, after: Float
+    t: int, alpha: Floats, density: Floats, cut: int, entry: Floats, stay: Floats, leave: Floats, after: Floats
 ) -> tuple[float, float]:
     """Fill ``after`` (S,) from ``alpha`` (S,) one frame earlier; return the shared node between them and the sum.
 
@@ -91,7 +89,7 @@ def _forward(
 
 
 @njit
-def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, beta: Float) -> None:
+def _backward(follow: Floats, cut: int, entry: Floats, stay: Floats, leave: Floats, beta: Floats) -> None:
     """Fill ``beta`` (S,) of one frame from ``follow`` (S,), density and backward probability of the next."""
     n_branches, n_states = len(entry), len(stay)
     node = IMPOSSIBLE if cut == NEVER else log_sum(follow[:n_branches], entry)
@@ -106,9 +104,9 @@ def _backward(follow: Float, cut: int, entry: Float, stay: Float, leave: Float, 
 
 @njit
 def expect(
-    frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
-    weight: Float, shift: Float, constant: Float, pivot: Float,
-    entered: Float, occupied: Float, stayed: Float, left: Float, first: Float, second: Float,
+    frames: Floats, allowed: Flags, cuts: Cuts, entry: Floats, stay: Floats, leave: Floats,
+    weight: Floats, shift: Floats, constant: Floats, pivot: Floats,
+    entered: Floats, occupied: Floats, stayed: Floats, left: Floats, first: Floats, second: Floats,
 ) -> float:  # fmt: skip
     """Return the log2-likelihood of one sequence and fill its expected counts, all zero so far.
 
@@ -176,15 +174,15 @@ def expect(
 
 @njit
 def branch_likelihoods(
-    frames: Float,
-    starts: Int,
-    stay: Float,
-    leave: Float,
-    weight: Float,
-    shift: Float,
-    constant: Float,
-    pivot: Float,
-    found: Float,
+    frames: Floats,
+    starts: Integers,
+    stay: Floats,
+    leave: Floats,
+    weight: Floats,
+    shift: Floats,
+    constant: Floats,
+    pivot: Floats,
+    found: Floats,
 ) -> None:
     """Fill ``found`` (L, M) with log P(segment | branch) of every branch alone: from its first state, ending in any.
 

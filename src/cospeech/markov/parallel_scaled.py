@@ -17,9 +17,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Flags, Floats
 from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, TINY, each, put, take, total
-from cospeech.markov.parallel_density import ABREAST, BLOCK, Bool, Float, bar, copy, densities, load, scale
+from cospeech.markov.parallel_density import ABREAST, BLOCK, bar, copy, densities, load, scale
 
 NOTHING = BLOCK + 1
 """The row of a block's forward probabilities that is always 0."""
@@ -42,8 +43,8 @@ Cuts = npt.NDArray[np.int8]
 
 @njit
 def _forward(
-    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
-    alphas: Float, scales: Float, nodes: Float,
+    start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats,
+    alphas: Floats, scales: Floats, nodes: Floats,
 ) -> float:  # fmt: skip
     """Go forward through a block of n frames: rows 1 to n of ``alphas``, ``scales``, ``nodes`` follow from row 0.
 
@@ -86,8 +87,8 @@ def _forward(
 
 @njit
 def _backward(
-    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float,
-    alphas: Float, scales: Float, nodes: Float, beta: Float, entered: Float,
+    start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats,
+    alphas: Floats, scales: Floats, nodes: Floats, beta: Floats, entered: Floats,
 ) -> float:  # fmt: skip
     """Go backward through a block of n frames: ``beta`` (V, LANES) moves from its last frame to the one before it.
 
@@ -131,7 +132,7 @@ def _backward(
 
 
 @njit
-def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
+def _gather(n: int, block: Floats, gammas: Floats, moments: Floats) -> None:
     """Add a block's frames in each state, and their features and squares, to ``moments`` (V, 1 + 2 D, LANES)."""
     n_features = block.shape[1]
     squares = block * block
@@ -152,8 +153,8 @@ def _gather(n: int, block: Float, gammas: Float, moments: Float) -> None:
 
 @njit
 def expect(
-    frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
-    weight: Float, shift: Float, constant: Float, pivot: Float, entered: Float, moments: Float, final: Float,
+    frames: Floats, allowed: Flags, cuts: Cuts, entry: Floats, stay: Floats, leave: Floats,
+    weight: Floats, shift: Floats, constant: Floats, pivot: Floats, entered: Floats, moments: Floats, final: Floats,
 ) -> float:  # fmt: skip
     """Return the log2-likelihood of one sequence, or ``UNSURE``, and fill its expected counts, all zero so far.
 

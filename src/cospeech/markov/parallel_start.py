@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, ParallelHMM
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def variance_floor(sequences: list[Floats], features: tuple[str, ...], share: float) -> Floats:
@@ -85,14 +82,14 @@ def from_clusters(
     return from_segments(groups, states, floor)
 
 
-def _cut(n_frames: int, length: int, shortest: int, rng: np.random.Generator) -> Ints:
+def _cut(n_frames: int, length: int, shortest: int, rng: np.random.Generator) -> Integers:
     """Return where segments of random length begin, 0.5 to 1.5 times ``length``, at least ``shortest``: (L,)."""
     steps = rng.uniform(0.5, 1.5, size=2 * n_frames // length + 2) * length
     edges = np.cumsum(np.maximum(np.round(steps).astype(np.int64), shortest))
     return np.append(0, edges[edges <= n_frames - shortest])
 
 
-def _means(frames: Floats, cut: Ints, states: int) -> Floats:
+def _means(frames: Floats, cut: Integers, states: int) -> Floats:
     """Return the means of the ``states`` parts of each segment, (L, states, D)."""
     lasting = np.diff(np.append(cut, len(frames)))[:, None]
     first = (cut[:, None] + np.arange(states) * lasting // states).ravel()
@@ -102,7 +99,7 @@ def _means(frames: Floats, cut: Ints, states: int) -> Floats:
     return np.asarray(sums / n_of_part[:, None]).reshape(len(cut), states, -1)
 
 
-def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Ints:
+def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Integers:
     """Return the cluster of every point, (n,): Lloyd's algorithm from k-means++ seeds; no cluster stays empty."""
     centres = points[rng.integers(len(points))][None]
     nearest = ((points - centres[0]) ** 2).sum(axis=1)

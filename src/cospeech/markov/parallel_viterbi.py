@@ -10,20 +10,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.kernels.jit import njit
 from cospeech.markov.lanes import LANES, each, first_lane, greater, greatest, put, take, where_greater
-from cospeech.markov.parallel_density import BLOCK, Bool, Float, bar, load, log_densities
+from cospeech.markov.parallel_density import BLOCK, bar, load, log_densities
 from cospeech.markov.parallel_scaled import FREE, MUST, NEVER, Cuts
-
-Int = npt.NDArray[np.int64]
 
 IMPOSSIBLE = -math.inf
 
 
 @njit
-def _place(values: Float, value: float) -> int:
+def _place(values: Floats, value: float) -> int:
     """Return where ``value`` first stands in the array ``values`` of vectors, 0 where nowhere."""
     for v in range(len(values)):
         lane = first_lane(take(values, (v,)), value)
@@ -34,8 +32,8 @@ def _place(values: Float, value: float) -> int:
 
 @njit
 def _advance(
-    start: int, n: int, cuts: Cuts, density: Float, entry: Float, stay: Float, leave: Float, node: float,
-    score: Float, since: Float, exits: Int,
+    start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats, node: float,
+    score: Floats, since: Floats, exits: Integers,
 ) -> float:  # fmt: skip
     """Take ``score`` and ``since`` (V, LANES) through a block of n frames; on a tie a path stays where it is.
 
@@ -85,8 +83,8 @@ def _advance(
 
 @njit
 def decode(
-    frames: Float, allowed: Bool, cuts: Cuts, entry: Float, stay: Float, leave: Float,
-    weight: Float, shift: Float, constant: Float, pivot: Float, branch: Int, begins: Bool,
+    frames: Floats, allowed: Flags, cuts: Cuts, entry: Floats, stay: Floats, leave: Floats,
+    weight: Floats, shift: Floats, constant: Floats, pivot: Floats, branch: Integers, begins: Flags,
 ) -> float:  # fmt: skip
     """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score.
 

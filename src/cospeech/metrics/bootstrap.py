@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
+
 Counts = npt.NDArray[np.float64]
 
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 SLACK_S = 1e-9
 """Boundaries lie on a frame grid, so that a distance may equal the tolerance but for rounding."""

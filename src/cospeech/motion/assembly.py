@@ -13,11 +13,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry import rotation
 from cospeech.motion import skeleton, smoothing
 from cospeech.motion.unit_selection import Templates
-
-Floats = npt.NDArray[np.float64]
 
 SYNTHESISED = (*skeleton.ARM_JOINTS, "left_hand", "right_hand")
 """The joints that units move; all others keep the record's own motion (chapter 6, end)."""

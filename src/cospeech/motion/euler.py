@@ -12,9 +12,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 MIDDLE_X = {"left_arm": -60.0, "right_arm": -60.0, "left_forearm": -60.0, "right_forearm": -60.0}
 """Middle of the range of x in degrees where it is not 0: arms and forearms are lifted forward, seldom back."""

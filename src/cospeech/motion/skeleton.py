@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry import rotation
-
-Floats = npt.NDArray[np.float64]
 
 EULER_ORDER = "XZY"
 """Intrinsic order of the joint angles."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 FILTERS = ("none", "exponential", "moving_average", "gaussian", "median")
 """The filters of figure 6.3."""

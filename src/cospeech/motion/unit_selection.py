@@ -13,15 +13,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -40,13 +37,13 @@ class Templates:
 class Choice(NamedTuple):
     """A sequence of L templates: indices, penalties of each (the first jumps from nowhere: NaN), and cost."""
 
-    template: Ints
+    template: Integers
     duration_penalty: Floats
     continuity_penalty: Floats
     cost: float
 
 
-def frame_spans(phrases: pd.DataFrame, n_frames: int, fps: float) -> tuple[Ints, Ints]:
+def frame_spans(phrases: pd.DataFrame, n_frames: int, fps: float) -> tuple[Integers, Integers]:
     """Return the first frame of every phrase and the one after its last, each (L,), on a grid of motion frames.
 
     A frame belongs to the phrase that holds its centre. A phrase too short to hold one has first == end.
@@ -100,9 +97,9 @@ def jumps(ends: Floats, begins: Floats) -> Floats:
 
 
 def cheapest_path(
-    candidates: Sequence[Ints],
+    candidates: Sequence[Integers],
     penalties: Sequence[Floats],
-    jump: Callable[[Ints, Ints], Floats],
+    jump: Callable[[Integers, Integers], Floats],
     weight: float,
 ) -> Choice:
     """Return the sequence of templates of least accumulated penalty: steps i to iv below equation 6.3.
@@ -115,7 +112,7 @@ def cheapest_path(
     weight : alpha, the share of continuity in the penalty.
     """
     value = penalties[0]
-    came_from: list[Ints] = []
+    came_from: list[Integers] = []
     for before, here, penalty in zip(candidates, candidates[1:], penalties[1:], strict=False):
         reached = value[:, None] + weight * jump(before, here)
         came_from.append(np.argmin(reached, axis=0))

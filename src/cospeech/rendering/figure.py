@@ -13,11 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats, Image
 from cospeech.motion import skeleton
 from cospeech.rendering import body, picture, raster
-
-Floats = npt.NDArray[np.float64]
-Image = npt.NDArray[np.uint8]
 
 LENS = 3.4
 """Focal length in heights of the picture: a long lens, as for portraits."""

@@ -9,10 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Image, Singles
 from cospeech.kernels.jit import njit
-
-Image = npt.NDArray[np.uint8]
-Singles = npt.NDArray[np.float32]
 
 
 @njit

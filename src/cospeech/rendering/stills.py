@@ -10,13 +10,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats, Image
 from cospeech.formats import canvas, films
 from cospeech.motion import skeleton
 from cospeech.motion.unit_selection import frame_spans
 from cospeech.rendering import figure, picture
-
-Floats = npt.NDArray[np.float64]
-Image = npt.NDArray[np.uint8]
 
 ARM_POINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
 """The joints whose places make a pose of the arms; the finger tips join them."""

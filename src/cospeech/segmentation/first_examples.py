@@ -11,13 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.ndimage import uniform_filter1d
 
+from cospeech.data.arrays import Floats
 from cospeech.motion import skeleton
-
-Floats = npt.NDArray[np.float64]
 
 LOW, HIGH = 0.35, 0.6
 SHORTEST_S, LONGEST_S = 0.5, 6.0

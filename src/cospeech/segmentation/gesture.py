@@ -8,14 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.markov import parallel, parallel_start
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
 from cospeech.motion import skeleton
 from cospeech.segmentation import labelled_hmm as models
 from cospeech.segmentation.labelled_hmm import Labelled
-
-Floats = npt.NDArray[np.float64]
 
 REST = "rest"
 OTHER = "everything else"

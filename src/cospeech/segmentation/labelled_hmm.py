@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import Clamp, ParallelHMM
-
-Floats = npt.NDArray[np.float64]
 
 
 class Labelled(NamedTuple):

@@ -26,9 +26,8 @@ import pandas as pd
 from scipy import fft
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-
-Floats = npt.NDArray[np.float64]
 
 FEATURES = ("intensity", "pitch_lag", "pitch_gain")
 """The three features whose derivatives are the other three (eq. 4.5)."""

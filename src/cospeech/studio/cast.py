@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.data.segments import GESTURES
 from cospeech.errors import UserError
 from cospeech.studio.patterns import NAMES, PAUSE
-
-Floats = npt.NDArray[np.float64]
 
 REST = GESTURES.index("rest")
 

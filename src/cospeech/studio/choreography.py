@@ -14,12 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.studio.cast import generator
 
-Floats = npt.NDArray[np.float64]
 Place = tuple[float, float, float]
 
 SIDES = ("left", "right")

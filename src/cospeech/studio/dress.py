@@ -8,13 +8,11 @@ from __future__ import annotations
 import zlib
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.motion import skeleton
 from cospeech.motion.markers import MARKERS, NAMES
-
-Floats = npt.NDArray[np.float64]
 
 PLACE_M = {
     "head_left": (0.095, 0.10, 0.01),

@@ -18,16 +18,13 @@ sound's features do: real noise is not drawn frame by frame.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.special import ndtr
 
+from cospeech.data.arrays import Flags, Floats
 from cospeech.data.segments import frame_times
 from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, course
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 WINDOW_S = 0.05
 """The analysis window that the figures were measured with."""

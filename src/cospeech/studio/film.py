@@ -13,12 +13,12 @@ import av
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera, project
 from cospeech.motion.markers import RADIUS_M
 from cospeech.studio import paint, stage
 
 Planes = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float64]
 
 NOISE = 1.5
 """Standard deviation of the sensor's noise, of 255."""

@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera, project
 from cospeech.studio import film, paint, stage
 
-Floats = npt.NDArray[np.float64]
 Planes = npt.NDArray[np.uint8]
 
 LOW_M, HIGH_M = (-0.8, 0.1, -0.6), (0.8, 1.9, 0.8)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 STRETCH = 0.995
 """Largest reach as a share of the limb's length: a living limb is never quite straight."""

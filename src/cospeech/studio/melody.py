@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.data.segments import at_times, frame_times
 from cospeech.studio.patterns import PATTERNS, contour
-
-Floats = npt.NDArray[np.float64]
 
 LEVEL_DB = -31.0
 """Intensity of a pattern at 0 dB, in decibels below full scale."""

@@ -7,9 +7,9 @@ from leg to leg while the feet stay where they are. Arms and legs follow by the 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.data.segments import frame_times
 from cospeech.motion import skeleton
 from cospeech.motion.skeleton import JOINTS, OFFSET_M
@@ -17,8 +17,6 @@ from cospeech.studio.cast import generator
 from cospeech.studio.choreography import SIDES, Style, style, tracks
 from cospeech.studio.limbs import reach
 from cospeech.studio.patterns import PATTERNS
-
-Floats = npt.NDArray[np.float64]
 
 UPPER_ARM_M, FOREARM_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("forearm", "hand"))
 THIGH_M, SHIN_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("shin", "foot"))

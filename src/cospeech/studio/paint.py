@@ -9,16 +9,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats, Integers, Singles
 from cospeech.kernels.jit import njit
 
 Single = np.float32
 Solid = tuple[Single, ...]
-Floats = npt.NDArray[np.float64]
-Singles = npt.NDArray[np.float32]
 Planes = npt.NDArray[np.uint8]
 Shorts = npt.NDArray[np.int16]
 Grain = npt.NDArray[np.int8]
-Integers = npt.NDArray[np.int64]
 
 SAMPLES = 4
 """Rays along either side of a pixel around markers."""

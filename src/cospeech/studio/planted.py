@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera, project
 from cospeech.motion.markers import NAMES
-
-Floats = npt.NDArray[np.float64]
 
 
 def in_views(cameras: Sequence[Camera], markers_m: Floats, seen: Floats) -> pd.DataFrame:

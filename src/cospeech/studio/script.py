@@ -21,12 +21,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Floats, Integers
 from cospeech.data.segments import GESTURES
 from cospeech.studio.cast import Member, generator
 from cospeech.studio.patterns import NAMES
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 INTONATION_S = (0.4, 1.6)
 """Shortest and longest intonation phrase; every length on the grid between them is equally likely."""
@@ -39,11 +37,11 @@ class Draw(NamedTuple):
     """What is drawn for one record: first frames and classes of gesture phrases, whether each is coupled, (L,), and
     first frames and patterns of intonation phrases, (K,)."""
 
-    gesture_starts: Ints
-    gestures: Ints
+    gesture_starts: Integers
+    gestures: Integers
     coupled: npt.NDArray[np.bool_]
-    prosody_starts: Ints
-    patterns: Ints
+    prosody_starts: Integers
+    patterns: Integers
 
 
 def draw(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Draw:
@@ -71,7 +69,7 @@ def write(
     )
 
 
-def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> tuple[Ints, Ints]:
+def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
     """Return first frames (L,) and classes (L,) of the gesture phrases that cover ``n_frames`` frames."""
     rows = _cumulative(np.vstack([member.initial, member.transitions]))
     lasting = _cumulative(member.durations)
@@ -88,13 +86,13 @@ def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> 
 
 def prosody_process(
     member: Member,
-    starts: Ints,
-    labels: Ints,
+    starts: Integers,
+    labels: Integers,
     coupled: npt.NDArray[np.bool_],
     n_frames: int,
     frame_s: float,
     rng: np.random.Generator,
-) -> tuple[Ints, Ints]:
+) -> tuple[Integers, Integers]:
     """Return first frames (K,) and patterns (K,) of the intonation phrases that cover ``n_frames`` frames."""
     shortest, longest = (round(limit / frame_s) for limit in INTONATION_S)
     own, marginal = _cumulative(member.coupled), _cumulative(member.marginal())

@@ -6,12 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats, Singles
 from cospeech.geometry.camera import Camera, flatten
 from cospeech.motion import skeleton
 from cospeech.motion.markers import COLOURS, MARKERS
-
-Floats = npt.NDArray[np.float64]
-Singles = npt.NDArray[np.float32]
 
 SUIT, SKIN = (34, 34, 38), (205, 150, 120)
 WALL, FLOOR = (16.0, 20.0)

@@ -20,14 +20,13 @@ import pandas as pd
 import parselmouth
 from parselmouth.praat import call, run
 
+from cospeech.data.arrays import Floats
 from cospeech.data.segments import at_times, frame_times
 from cospeech.errors import UserError
 from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, Plan, plan
 from cospeech.studio.patterns import PATTERNS
 from cospeech.studio.sentences import SENTENCES
-
-Floats = npt.NDArray[np.float64]
 
 LANGUAGE = "Turkish"
 KNOWN_VOICES = "take Female1 to Female5 or Male1 to Male7"

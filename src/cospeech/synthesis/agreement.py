@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Integers
 from cospeech.markov import hsmm
-
-Ints = npt.NDArray[np.int64]
 
 
 def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
@@ -20,7 +19,7 @@ def kappa(actual: npt.ArrayLike, made: npt.ArrayLike) -> float:
     return _kappa_of_codes(one, other, len(names))
 
 
-def _kappa_of_codes(one: Ints, other: Ints, n_names: int) -> float:
+def _kappa_of_codes(one: Integers, other: Integers, n_names: int) -> float:
     together = np.bincount(one * n_names + other, minlength=n_names**2).reshape(n_names, -1) / len(one)
     right = float(np.trace(together))
     chance = float(together.sum(axis=1) @ together.sum(axis=0))

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.arrays import Labels
 from cospeech.errors import UserError
 from cospeech.synthesis import Drive
-
-Labels = npt.NDArray[Any]
 
 
 class Speech(NamedTuple):

@@ -14,17 +14,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.calibration import bundle_adjustment, robust_bundle, world_frame
+from cospeech.data.arrays import Flags, Floats, Plane
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
 from cospeech.geometry.rotation import angles_deg, from_vectors, to_vectors
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-Plane = npt.NDArray[np.uint8]
 
 INCH_M = 0.0254
 LEAST_CORNERS = 6
@@ -153,7 +149,7 @@ def calibrate(
     corners: Floats,
     sizes_px: Sequence[tuple[int, int]],
     insides: Sequence[Camera] | None = None,
-) -> tuple[list[Camera], Floats, Mask]:
+) -> tuple[list[Camera], Floats, Flags]:
     """Return the cameras in metres, near the frame of the first, the corners (T K, 3) and what was used (C, T K).
 
     Parameters
@@ -267,7 +263,7 @@ def _corners(board: Board, boards: Floats) -> Floats:
 
 def _fit(
     board: Board, cameras: Sequence[Camera], boards: Floats, corners: Floats
-) -> tuple[list[Camera], Floats, Mask]:
+) -> tuple[list[Camera], Floats, Flags]:
     """Return cameras, boards (T, 3, 4) and used corners (C, T, K) that fit best, in rounds as ``rounds.rounds``.
 
     A board stays rigid, of its stated size: six numbers for each, whatever it shows of itself. Views from which

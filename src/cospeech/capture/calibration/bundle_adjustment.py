@@ -11,15 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.geometry.camera import Camera
 from cospeech.geometry.rotation import from_vectors, to_vectors
 from cospeech.kernels.jit import njit
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 Linear = tuple[Floats, Floats, Floats]
 """Residuals (M, 2), and their derivatives by the camera (M, 2, 15) and by the point or body (M, 2, B)."""
 
@@ -220,7 +217,7 @@ def adjust(
     rig: Rig,
     points: Floats,
     observations: Floats,
-    used: Mask,
+    used: Flags,
     *,
     free: Sequence[str] = SELF,
     prior: tuple[Floats, Floats] | None = None,
@@ -256,7 +253,7 @@ def adjust_bodies(
     poses: Floats,
     shape: Floats,
     observations: Floats,
-    used: Mask,
+    used: Flags,
     *,
     free: Sequence[str] = SELF,
     prior: tuple[Floats, Floats] | None = None,

@@ -7,14 +7,11 @@ carries their noise.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.calibration import bundle_adjustment
+from cospeech.data.arrays import Flags, Floats
 from cospeech.geometry.camera import Camera, flatten
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 LOOSE = 2.0
 """How many thresholds a view may be from a proposal to vote for it."""
@@ -24,7 +21,7 @@ STEPS = 2
 
 @njit
 def _vote(
-    rig: tuple[Floats, Floats, Floats], point: Floats, pixels: Floats, limit: float, near: Mask
+    rig: tuple[Floats, Floats, Floats], point: Floats, pixels: Floats, limit: float, near: Flags
 ) -> tuple[float, Floats, Floats]:
     """Write which views (C,) see a point within a squared distance; return their cost and its normal equations."""
     inner, rotations, shifts = rig
@@ -59,7 +56,7 @@ def _meet(a: Floats, b: Floats, between: Floats) -> tuple[bool, Floats]:
 @njit
 def _consensus(
     rig: tuple[Floats, Floats, Floats], flat: Floats, observations: Floats, threshold: float
-) -> tuple[Floats, Mask]:
+) -> tuple[Floats, Flags]:
     _, rotations, shifts = rig
     n_views, n_points = observations.shape[:2]
     points = np.full((n_points, 3), np.nan)
@@ -99,7 +96,7 @@ def _consensus(
     return points, agreeing
 
 
-def agree(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[Floats, Mask]:
+def agree(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[Floats, Flags]:
     """Return the points (N, 3) on which most views agree within ``threshold_px``, and which observations (C, N) do.
 
     Points on which no two views agree are NaN.

@@ -10,10 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Flags, Floats
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 LEAST_COMMON = 12
 """Fewest points that two views must share for their geometry to be estimated; eight fit anything."""
@@ -96,7 +94,7 @@ def _consensus(a: Floats, b: Floats, samples: npt.NDArray[np.int64], limit: floa
     return best
 
 
-def fundamental(a: Floats, b: Floats, threshold_px: float, rng: np.random.Generator) -> tuple[Floats, Mask]:
+def fundamental(a: Floats, b: Floats, threshold_px: float, rng: np.random.Generator) -> tuple[Floats, Flags]:
     """Return F (3, 3), with b^T F a = 0, and which of the points (n, 2), n >= 8, obey it within ``threshold_px``."""
     samples = np.argpartition(rng.random((SAMPLES, len(a))), 7, axis=1)[:, :8]
     found = _consensus(np.ascontiguousarray(a), np.ascontiguousarray(b), samples, threshold_px**2)
@@ -106,7 +104,7 @@ def fundamental(a: Floats, b: Floats, threshold_px: float, rng: np.random.Genera
 
 def vote(
     observations: Floats, threshold_px: float, rng: np.random.Generator
-) -> tuple[dict[tuple[int, int], Floats], Mask]:
+) -> tuple[dict[tuple[int, int], Floats], Flags]:
     """Return the geometry of each pair of views and the observations (C, N) that at least half of their pairs accept.
 
     Parameters

@@ -13,10 +13,9 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cospeech.data.arrays import Flags, Floats
+
 Pairs = dict[tuple[int, int], Floats]
 
 LEAST_COMMON = 12
@@ -28,7 +27,7 @@ RESECTIONS = 200
 """Samples of six points from which the best resection is taken."""
 
 
-def starts(used: Mask, pairs: Pairs) -> list[tuple[int, ...]]:
+def starts(used: Flags, pairs: Pairs) -> list[tuple[int, ...]]:
     """Return the subsets of views to start from, the best covered first, of observations ``used`` (C, N)."""
     found = []
     for size in range(2, len(used) + 1):
@@ -41,7 +40,7 @@ def starts(used: Mask, pairs: Pairs) -> list[tuple[int, ...]]:
 
 
 def factorise(
-    flat: Floats, used: Mask, pairs: Pairs, start: tuple[int, ...], rng: np.random.Generator
+    flat: Floats, used: Flags, pairs: Pairs, start: tuple[int, ...], rng: np.random.Generator
 ) -> tuple[Floats, Floats] | None:
     """Return projective cameras (C, 3, 4) and points (N, 4), NaN for points that fewer than two views see.
 
@@ -95,7 +94,7 @@ def _rank_four(flat: Floats, views: tuple[int, ...], pairs: Pairs) -> Floats:
     return cameras * np.sqrt(rays.shape[1])
 
 
-def triangulate(cameras: Floats, flat: Floats, used: Mask) -> Floats:
+def triangulate(cameras: Floats, flat: Floats, used: Flags) -> Floats:
     """Return the points (N, 4) of unit length that used observations say, NaN with fewer than two."""
     rows = flat[..., None] * cameras[:, None, 2:, :] - cameras[:, None, :2, :]
     rows /= np.linalg.norm(rows, axis=-1, keepdims=True)
@@ -142,7 +141,7 @@ def _resect_robustly(points: Floats, flat: Floats, rng: np.random.Generator) -> 
 
 
 def chains(
-    flat: Floats, used: Mask, pairs: Pairs, rng: np.random.Generator, most: int
+    flat: Floats, used: Flags, pairs: Pairs, rng: np.random.Generator, most: int
 ) -> Iterator[tuple[Floats, Floats]]:
     """Give the factorisations from the ``most`` best starts that reach every camera."""
     for start in starts(used, pairs)[:most]:

@@ -13,10 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats, Plane
 from cospeech.kernels.jit import njit
-
-Plane = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float64]
 
 LEAST_RED = 20.0
 """Least Cr above the neutral 128 at the core; a darkened room has none."""

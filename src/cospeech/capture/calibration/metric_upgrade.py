@@ -8,9 +8,8 @@ quadric.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 UNCERTAIN = {"focal": 3.0, "aspect": 0.05, "skew": 0.01, "centre": 0.1}
 """How far the numbers of a camera may be from the guess, relative to the focal length."""

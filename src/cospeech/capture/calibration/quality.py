@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.calibration import bundle_adjustment
+from cospeech.data.arrays import Flags, Floats
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 LEAST_POINTS = 60
 """Points seen by two or more views."""
@@ -51,7 +48,7 @@ def require_common_points(names: Sequence[str], observations: Floats) -> None:
             )
 
 
-def require_linked(names: Sequence[str], trusted: Mask) -> None:
+def require_linked(names: Sequence[str], trusted: Flags) -> None:
     """Raise UserError where the pairs of views trust too few observations (C, N) of a camera."""
     for name, own in zip(names, trusted.sum(axis=1), strict=True):
         if own < LEAST_OF_A_CAMERA:
@@ -66,7 +63,7 @@ def require_spread(names: Sequence[str], sizes_px: Sequence[tuple[int, int]], pi
             raise undetermined(f"the points cover {covered:.0%} of the picture of camera {name}")
 
 
-def require_determined(cameras: Sequence[Camera], points: Floats, used: Mask, observations: Floats) -> None:
+def require_determined(cameras: Sequence[Camera], points: Floats, used: Flags, observations: Floats) -> None:
     """Raise UserError where the solution rests on too little: few points, one plane, one camera astray."""
     names, sizes = [camera.name for camera in cameras], [camera.size_px for camera in cameras]
     seen = ~np.isnan(observations[..., 0])
@@ -94,7 +91,7 @@ def unknown(cameras: Sequence[Camera]) -> pd.DataFrame:
     )
 
 
-def table(cameras: Sequence[Camera], points: Floats, used: Mask, observations: Floats) -> pd.DataFrame:
+def table(cameras: Sequence[Camera], points: Floats, used: Flags, observations: Floats) -> pd.DataFrame:
     """Return one row per camera: camera, rms_px, n_points, n_outliers, coverage."""
     distances = bundle_adjustment.residuals(bundle_adjustment.from_cameras(cameras), points, observations)
     several = (~np.isnan(observations[..., 0])).sum(axis=0) >= 2

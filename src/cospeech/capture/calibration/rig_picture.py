@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera
-
-Floats = npt.NDArray[np.float64]
 
 INK, BLUE, FAINT = "#22262b", "#2278b5", "#7b828c"
 SIDES = (

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.calibration import bundle_adjustment, consensus
+from cospeech.data.arrays import Flags, Floats
 from cospeech.geometry.camera import Camera
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 CENTRE_DOUBT = 0.015
 """Standard deviation of the principal point from the middle, relative to the longer side."""
@@ -38,7 +35,7 @@ def adjust(
     *,
     free: Sequence[str] = bundle_adjustment.SELF,
     iterations: int = 50,
-) -> tuple[list[Camera], Floats, Mask]:
+) -> tuple[list[Camera], Floats, Flags]:
     """Return the cameras adjusted to what agrees on them within ``threshold_px``, its points, and what agreed."""
     points, used = consensus.agree(cameras, observations, threshold_px)
     cameras, points = fitted(
@@ -51,7 +48,7 @@ def fitted(
     cameras: Sequence[Camera],
     points: Floats,
     observations: Floats,
-    used: Mask,
+    used: Flags,
     *,
     noise_px: float,
     free: Sequence[str] = bundle_adjustment.SELF,
@@ -83,7 +80,7 @@ def _prior(cameras: Sequence[Camera], noise_px: float) -> tuple[Floats, Floats]:
 
 def rounds(
     cameras: list[Camera], observations: Floats, threshold_px: float, *, free: Sequence[str] = bundle_adjustment.SELF
-) -> tuple[list[Camera], Floats, Mask]:
+) -> tuple[list[Camera], Floats, Flags]:
     """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
 
     The threshold starts at ``threshold_px`` and follows the ``noise``.

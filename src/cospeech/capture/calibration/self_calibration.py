@@ -8,14 +8,11 @@ Euclidean upgrade, and bundle adjustment with the lens in rounds that leave out 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.calibration import bundle_adjustment, consensus, epipolar, factorisation, quality, robust_bundle
 from cospeech.capture.calibration.metric_upgrade import upgrade
+from cospeech.data.arrays import Flags, Floats
 from cospeech.geometry.camera import Camera
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 WIDE = 0.005
 """First outlier threshold, relative to the picture's diagonal: the lens is not known yet."""
@@ -29,7 +26,7 @@ ENOUGH = 0.9
 
 def calibrate(
     names: list[str], observations: Floats, sizes_px: list[tuple[int, int]], seed: int = 0
-) -> tuple[list[Camera], Floats, Mask]:
+) -> tuple[list[Camera], Floats, Flags]:
     """Return the cameras, the points (N, 3) and which observations (C, N) they rest on.
 
     The frame is that of the first camera, and the unit the mean distance of the other cameras from it: see ``axes``.
@@ -59,7 +56,7 @@ def _start(
     observations: Floats,
     sizes_px: list[tuple[int, int]],
     pairs: dict[tuple[int, int], Floats],
-    trusted: Mask,
+    trusted: Flags,
     rng: np.random.Generator,
 ) -> list[Camera]:
     """Return the first cameras, without lens, that most trusted observations agree with."""

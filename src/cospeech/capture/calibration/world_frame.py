@@ -10,14 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
 from cospeech.geometry.rotation import to_vectors
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 Facts = Sequence[Mapping[str, Any]]
 

@@ -14,15 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.fitting.joint_centres import align, shoulder
 from cospeech.capture.fitting.static_pose import static_pose
+from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.motion import markers, skeleton
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 FREE, BALL, HINGE_X, HINGE_Z, UPRIGHT = range(5)
 """What a part may do at its joint: turn and go anywhere; turn; turn about x; about z; go along without turning."""

@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import least_squares
 
 from cospeech.capture.fitting.body_model import NAMES, BodyModel
 from cospeech.capture.fitting.inverse_kinematics import solve
 from cospeech.capture.fitting.joint_centres import within
+from cospeech.data.arrays import Floats
 from cospeech.motion import markers
-
-Floats = npt.NDArray[np.float64]
 
 ROUNDS = 3
 """The upper arm's own turn is known by the forearm, and so gets better with the elbow."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
 from cospeech.capture.fitting.joint_centres import within
-
-Floats = npt.NDArray[np.float64]
+from cospeech.data.arrays import Floats
 
 
 def bridged(places_m: Floats, trunk: tuple[Floats, Floats]) -> Floats:

@@ -18,10 +18,8 @@ import numpy.typing as npt
 
 from cospeech.capture.fitting import body_model
 from cospeech.capture.fitting.body_model import BALL, FREE, HINGE_X, HINGE_Z, KINDS, PARENTS, UPRIGHT, BodyModel
+from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TURN_PACE, SLIDE_PACE_M = 0.35, 0.1
 """How far a joint turns (radians) and a free part goes in one frame, as a standard deviation."""

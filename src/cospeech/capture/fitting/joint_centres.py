@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-
-Floats = npt.NDArray[np.float64]
 
 STEPS = 50
 WORST_CONDITION = 1e7

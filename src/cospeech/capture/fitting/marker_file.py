@@ -10,16 +10,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.tracking import detections
 from cospeech.data import trajectories
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import c3d, trc
 from cospeech.motion.markers import NAMES
-
-Floats = npt.NDArray[np.float64]
 
 READERS: dict[str, Callable[[str | Path], trajectories.Trajectories]] = {".c3d": c3d.read, ".trc": trc.read}
 """How a file is read, by its suffix."""

@@ -7,13 +7,10 @@ one is bent. This follows from where the markers are (``cospeech.markers``); onl
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Flags, Floats
 from cospeech.motion import markers, skeleton
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 MEASURED, BENT_ONLY, LOCKED = "measured", "flexion_dependent", "locked"
 

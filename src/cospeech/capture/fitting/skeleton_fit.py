@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.fitting.body_model import NAMES, THORAX, BodyModel, body_model
@@ -22,8 +21,6 @@ from cospeech.capture.fitting.joint_centres import align
 from cospeech.capture.fitting.observability import observability
 from cospeech.data import trajectories
 from cospeech.motion import markers, skeleton
-
-Floats = npt.NDArray[np.float64]
 
 
 class Fit(NamedTuple):

@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-
-Floats = npt.NDArray[np.float64]
 
 STILL_M = 0.015
 """How far a marker may stray (root mean square) from its mean place while the actor stands still."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cospeech.data.arrays import Floats, Plane
 from cospeech.kernels.jit import njit
 
-Floats = npt.NDArray[np.float64]
-Plane = npt.NDArray[np.uint8]
 Box = tuple[int, int, int, int]
 
 

@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture.tracking.footage import Planes
+from cospeech.data.arrays import Floats
 from cospeech.motion.markers import COLOURS
-
-Floats = npt.NDArray[np.float64]
 
 SKIN = (226, 190, 164)
 """Red, green and blue of skin before any is seen."""

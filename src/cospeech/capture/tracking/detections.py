@@ -11,11 +11,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.tracking import rigid_parts
+from cospeech.data.arrays import Floats
 from cospeech.geometry import kalman
 from cospeech.geometry.camera import Camera, project
 from cospeech.motion.markers import NAMES
-
-Floats = npt.NDArray[np.float64]
 
 SIGHT_SD_M = 4e-4
 """Standard deviation of a point from two views on each axis; more views make it surer."""

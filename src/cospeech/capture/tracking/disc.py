@@ -16,9 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture.tracking.blobs import Plane, label, shares
+from cospeech.data.arrays import Floats
 from cospeech.kernels.jit import njit
-
-Floats = npt.NDArray[np.float64]
 
 FAINTEST = 0.15
 """Least share of a marker's colour, in full light, that is no noise."""

@@ -18,12 +18,11 @@ from scipy.optimize import linear_sum_assignment
 from cospeech.capture.tracking import disc, reacquisition
 from cospeech.capture.tracking.colour import Mixer
 from cospeech.capture.tracking.footage import Planes
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera, project
 from cospeech.geometry.triangulate import packed, triangulate
 from cospeech.motion.markers import MARKERS, NAMES, RADIUS_M
-
-Floats = npt.NDArray[np.float64]
 
 PLAN_M = {
     "head_left": (0.09, 1.65, 0.02),

@@ -15,13 +15,12 @@ from pathlib import Path
 
 import av
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Plane
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
 
-Plane = npt.NDArray[np.uint8]
 Planes = tuple[Plane, Plane, Plane]
 """Y, Cb and Cr of one picture, each (H, width of the decoder's rows); what lies right of W is no picture."""
 

@@ -14,12 +14,11 @@ from PIL import Image as Pillow
 from cospeech.capture.tracking.footage import Film
 from cospeech.capture.tracking.quality_sheet import nearest_known
 from cospeech.data import trajectories
+from cospeech.data.arrays import Floats
 from cospeech.formats import canvas, films
 from cospeech.formats.canvas import Colour, Image, Opacity
 from cospeech.geometry.camera import Camera, project
 from cospeech.motion.markers import NAMES
-
-Floats = npt.NDArray[np.float64]
 
 COLOURS: dict[str, Colour] = {
     "seen": (64, 196, 255),

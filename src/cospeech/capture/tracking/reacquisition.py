@@ -19,11 +19,10 @@ from cospeech.capture.tracking import blobs, disc
 from cospeech.capture.tracking.blobs import Plane
 from cospeech.capture.tracking.colour import Mixer
 from cospeech.capture.tracking.footage import Planes
+from cospeech.data.arrays import Floats
 from cospeech.geometry.triangulate import consistent, project_point
 from cospeech.kernels.jit import njit
 from cospeech.motion.markers import MARKERS, NAMES, RADIUS_M
-
-Floats = npt.NDArray[np.float64]
 
 LINKS = (
     ("head_left", "head_right"), ("head_left", "head_front"), ("head_right", "head_front"),

@@ -6,12 +6,10 @@ The part is turned and moved by the least-squares fit of its visible markers (Ka
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.fitting.joint_centres import align
+from cospeech.data.arrays import Floats
 from cospeech.motion.markers import MARKERS
-
-Floats = npt.NDArray[np.float64]
 
 FEWEST = 3
 """Markers that fix a rigid part."""

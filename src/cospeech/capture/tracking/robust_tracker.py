@@ -17,13 +17,12 @@ from cospeech.capture.tracking.colour import Mixer
 from cospeech.capture.tracking.detections import JERK, SIGHT_SD_M, Sights
 from cospeech.capture.tracking.disc import UNKNOWN, WELL_SEEN, measure
 from cospeech.capture.tracking.footage import Planes
+from cospeech.data.arrays import Floats
 from cospeech.geometry import kalman
 from cospeech.geometry.camera import Camera
 from cospeech.geometry.triangulate import consistent, packed, project_point, triangulate_packed
 from cospeech.kernels.jit import njit
 from cospeech.motion.markers import MARKERS, RADIUS_M
-
-Floats = npt.NDArray[np.float64]
 
 LEARNT = 0.02
 """What a whole disc changes of the light and the outline that are expected of the next, in parts of its own."""

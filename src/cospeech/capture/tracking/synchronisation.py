@@ -19,9 +19,9 @@ from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import correlate
 
 from cospeech.capture.tracking.footage import Film
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 
-Floats = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.float32]
 
 RATE_HZ = 8000

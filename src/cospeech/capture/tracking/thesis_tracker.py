@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.capture.tracking import blobs
 from cospeech.capture.tracking.colour import Mixer
 from cospeech.capture.tracking.detections import Sights
 from cospeech.capture.tracking.footage import Planes
+from cospeech.data.arrays import Floats
 from cospeech.geometry.camera import Camera, project
 from cospeech.geometry.triangulate import triangulate
 from cospeech.motion.markers import MARKERS
-
-Floats = npt.NDArray[np.float64]
 
 HALF_WINDOW = 2
 THRESHOLD = 0.3

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from cospeech.capture.tracking import clicks, colour, first_positions, footage
@@ -13,8 +11,6 @@ from cospeech.capture.tracking.detections import Sights, confirmed, film
 from cospeech.capture.tracking.robust_tracker import RobustTracker
 from cospeech.capture.tracking.thesis_tracker import ThesisTracker
 from cospeech.geometry.camera import Camera
-
-Floats = npt.NDArray[np.float64]
 
 METHODS = ("robust", "thesis")
 

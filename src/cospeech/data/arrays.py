@@ -1,0 +1,20 @@
+"""Array types that annotations name; shapes and units stand in the docstrings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Singles = npt.NDArray[np.float32]
+Integers = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+Labels = npt.NDArray[Any]
+
+Image = npt.NDArray[np.uint8]
+"""A colour picture, (height, width, 3)."""
+
+Plane = npt.NDArray[np.uint8]
+"""One channel of a picture, (height, width)."""
