@@ -83,7 +83,7 @@ def select_record(planted: pd.DataFrame | None, record: str, duration_s: float, 
 
 
 def check(spans: Spans, duration_s: float, labels: list[str], where: str) -> None:
-    """Raise UserError for the first invalid span of ``spans``, which are sorted by time; ``where`` names the source."""
+    """Raise UserError for the first invalid one of ``spans``, which are sorted by time; ``where`` names them."""
     previous: tuple[float, float, str] = (0.0, 0.0, "")
     for start, end, label in spans:
         place = f"{where}: '{label}' at {start:.3f}-{end:.3f} s"
