@@ -156,7 +156,7 @@ onstart:
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.tell(f"cospeech: {told}")
+        progress.write_line(f"cospeech: {told}")
 
 
 onsuccess:
@@ -173,4 +173,4 @@ onsuccess:
 
 onerror:
     for line in mistakes(since=STARTED):
-        progress.tell(f"cospeech: {line}")
+        progress.write_line(f"cospeech: {line}")
