@@ -178,6 +178,37 @@ def _moving(tables: dict[str, pd.DataFrame]) -> tuple[tuple[str, ...], list[str]
     return tuple(str(name) for name in spread.index[moving]), notes
 
 
+def leave_one_out(
+    motions: dict[str, pd.DataFrame], annotations: pd.DataFrame, settings: dict[str, Any]
+) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
+    """Return the phrases of all records by a model of all of them, and of each fold by a model without one record.
+
+    Parameters
+    ----------
+    motions, annotations, settings : as in ``train``, of one actor.
+
+    Returns
+    -------
+    Segment table of all records; and for each record that is held out, the segment table of the others.
+    """
+
+    def phrases_of(records: list[str]) -> pd.DataFrame:
+        own = {record: motions[record] for record in records}
+        model = train(own, annotations[annotations["record"].isin(records)], settings).model
+        return pd.concat([phrases(model, record, motion, annotations) for record, motion in own.items()])
+
+    records = list(motions)
+    return phrases_of(records), {
+        held_out: phrases_of([record for record in records if record != held_out]) for held_out in records
+    }
+
+
+def seen(model: Labelled, record: str, motion: pd.DataFrame) -> pd.DataFrame:
+    """Return the gesture phrases that a model sees in a motion of which nobody has annotated anything."""
+    nothing = pd.DataFrame({name: [] for name in ("record", "start_s", "end_s", "gesture", "origin")})
+    return phrases(model, record, motion, nothing)
+
+
 def _examples(sequences: dict[str, Floats], known: dict[str, pd.DataFrame], label: str) -> list[Floats]:
     return [
         frames[start:end]

@@ -53,10 +53,24 @@ class Job:
             return tables.read(path, schema, columns)
         return pd.concat([tables.read(one, schema, columns) for one in path], ignore_index=True)
 
+    def read_each(self, names: Sequence[str], paths: Sequence[str], schema: str) -> dict[str, pd.DataFrame]:
+        """Read the table of each name, in step with ``paths``; no name has one where there are no paths."""
+        return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
+
     def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
         """Write one table, or several one below the other, with the origin of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
+
+    def write_each(self, frames: Sequence[pd.DataFrame], paths: Sequence[str], schema: str) -> None:
+        """Write several tables of one schema, in step with ``paths``."""
+        for frame, path in zip(frames, paths, strict=True):
+            self.write(frame, path, schema)
+
+    def warn(self, message: str) -> None:
+        """Put one line into the log of this job, and onto stderr."""
+        log.warning(f"WARNING {message}")
+        progress.tell(f"cospeech: {message}")
 
     def say(self, message: str) -> None:
         """Put one line into the log of this job."""
