@@ -128,7 +128,8 @@ def load_record(
         used["speech"]["frame_s"],
         used["corpus"]["length_tolerance_s"],
     )
-    return Record(name, taken.body, prosody(taken.voice, used, name), str(taken.row["note"].iloc[0] or ""))
+    voice = taken.voice if isinstance(taken.voice, np.ndarray) else taken.voice.to_numpy()
+    return Record(name, taken.body, prosody(voice, used, name), str(taken.row["note"].iloc[0] or ""))
 
 
 def default_settings() -> dict[str, Any]:
@@ -311,6 +312,7 @@ def synthesize(
         raise UserError(f"system '{model.system.name}' declares that it makes {model.system.makes}, but {problem}")
     if made.motion is not None:
         return Performance(_no_phrases(name, n_frames, fps), made.motion, made.decoding, samples)
+    assert made.phrases is not None  # a system makes one or the other
     pool = unit_selection.templates(model.gestures, model.motions)
     units = unit_selection.select(made.phrases, pool, n_frames, fps, card["continuity_weight"])
     own = skeleton.standing(n_frames, fps) if body is None else body

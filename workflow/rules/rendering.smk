@@ -19,10 +19,6 @@ SHOWN_TOGETHER = list(ANIMATION["video"]["shown"] if isinstance(ANIMATION["video
 SHOWN = SHOWN_TOGETHER[0]
 COMPARED = [*SHOWN_TOGETHER, *[name for name in ANIMATED if SYSTEMS[name].role == "control" and SYSTEMS[name].drive == "own"][:1]]
 
-# Not a system: the record's own motion, labelled as that of systems is. What systems can reach where they are judged
-# by their motion.
-ORIGINAL = "original"
-
 
 def shown_phrases(system):
     """The table of the phrases that pictures of a system's motion show."""

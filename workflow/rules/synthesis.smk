@@ -11,9 +11,15 @@ APART = [name for name, system in SYSTEMS.items() if CHOSEN.apart(name) and syst
 SWEPT = [name for name in TOGETHER if SYSTEMS[name].swept and SYSTEMS[name].drive == "own"]
 
 
+# Not a system: the record's own motion, labelled as that of systems is. What systems can reach at best where they are
+# judged by their motion.
+ORIGINAL = "original"
+
+
 def variant_of(system, setting=MAIN):
     """The variant of a system at one setting of the prosody clusters; 'main' where it does not listen to these."""
-    return setting.variant if "prosody_labels" in SYSTEMS[system].needs else "main"
+    listens = system != ORIGINAL and "prosody_labels" in SYSTEMS[system].needs
+    return setting.variant if listens else "main"
 
 
 def made_by(system, name, setting=MAIN):

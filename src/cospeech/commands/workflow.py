@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cospeech.commands.parser import Parser
 
 TARGETS = {
+    "models": "systems trained on all of an actor's records, for 'cospeech synthesize'",
     "annotate": "annotations of all records for ELAN and Praat, to be corrected",
     "markers": "tracked markers and joint angles as TRC, C3D and BVH",
     "calibration": "camera calibration, also for Pose2Sim and caliscope",

@@ -106,7 +106,7 @@ def _explain(error: Any) -> str:
 def _impossible(config: Config) -> list[str]:
     """Return what no schema can see: values that contradict one another."""
     problems = []
-    speech, evaluation, animation = config["speech"], config["evaluation"], config["animation"]
+    speech, evaluation = config["speech"], config["evaluation"]
     if speech["pitch_min_hz"] >= speech["pitch_max_hz"]:
         problems.append("speech: pitch_min_hz must be below pitch_max_hz")
     if speech["window_s"] < speech["frame_s"]:
