@@ -15,13 +15,13 @@ help:
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
 
 report: .venv/report.stamp
-	$(BIN)/snakemake --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech report --config $(CONFIG) --cores $(CORES)
 
 sweep: .venv/report.stamp
-	$(BIN)/snakemake sweep --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech sweep --config $(CONFIG) --cores $(CORES)
 
 verify: .venv/report.stamp
-	$(BIN)/snakemake verify --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech verify --config $(CONFIG) --cores $(CORES)
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup

@@ -1,11 +1,14 @@
 # Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
 
-SWEPT = ["hsmm", "hsmm_weighted"]
+# What is scored: the phrases of every system at its main variant, those of the systems that are swept at the others,
+# and the phrases that are seen in motion.
+PLANNED = [(system, MAIN, record) for system in makers(SYSTEMS, "phrases") for record in RECORDS]
+PLANNED += [(system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS]
+SEEN = [(system, record) for system in [*ANIMATED, ORIGINAL] for record in RECORDS] if "motion" in BRINGS else []
+SCORED = [(system, variant_of(system, setting), record, "planned") for system, setting, record in PLANNED]
+SCORED += [(system, variant_of(system), record, "seen") for system, record in SEEN]
 
-# What is scored: every system at the main setting, the two that are swept at every other one.
-SCORED = [(system, MAIN, record) for system in SYSTEMS for record in RECORDS] + [
-    (system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS
-]
+PHRASE_TABLES = {"planned": "phrases", "seen": "phrases_seen"}
 
 # How a synthesised record is held against the actual one.
 SCORING = {
@@ -22,14 +25,14 @@ rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
         synthesised=[
-            f"{RESULTS}/synthesis/{system}/{setting.path}/{record}/phrases.parquet"
-            for system, setting, record in SCORED
+            f"{RESULTS}/synthesis/{system}/{variant}/{record}/{PHRASE_TABLES[phrases]}.parquet"
+            for system, variant, record, phrases in SCORED
         ],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
     params:
         actors={record: actor_of(record) for record in RECORDS},
-        scored=[(system, *setting, record) for system, setting, record in SCORED],
+        scored=SCORED,
         rules=SCORING,
     message:
         f"scores of {len(SCORED)} synthesised records"
@@ -44,8 +47,7 @@ rule session_scores:
         scores=f"{RESULTS}/evaluation/session_scores.parquet",
         differences=f"{RESULTS}/evaluation/differences.parquet",
     params:
-        clusters=MAIN.clusters,
-        states=MAIN.states,
+        main={system: variant_of(system) for system in [*SYSTEMS, ORIGINAL]},
         bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
     message:
@@ -56,21 +58,20 @@ rule session_scores:
 
 if "motion" in BRINGS:
 
-    # What is animated, where the corpus brings motion.
-    ANIMATED = [(system, record) for system in config["animation"]["systems"] for record in RECORDS]
-
     rule motion_statistics:
         input:
             original=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
             synthesised=[
-                f"{RESULTS}/synthesis/{system}/{MAIN.path}/{record}/motion.parquet" for system, record in ANIMATED
+                f"{RESULTS}/synthesis/{system}/{variant_of(system)}/{record}/motion.parquet"
+                for system in ANIMATED
+                for record in RECORDS
             ],
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
         params:
             actors={record: actor_of(record) for record in RECORDS},
-            animated=ANIMATED,
+            animated=[(system, record) for system in ANIMATED for record in RECORDS],
             bins=config["evaluation"]["speed_bins"],
         message:
             "speed, acceleration and jerk of original and synthesised motion"
@@ -134,10 +135,13 @@ if VIRTUAL and FILMED:
         params:
             records=lambda wildcards: records_of(wildcards.actor),
             settings=config["phrases"]["gesture"],
-            setting=MAIN._asdict(),
-            estimate=ESTIMATE | {"clusters": MAIN.clusters},
-            weights=config["synthesis"]["emission_weights"],
-            censoring=config["synthesis"]["censoring"],
+            system=SHOWN,
+            variant=variant_of(SHOWN),
+            symbols=list(prosody_labels(MAIN.clusters)),
+            shared=SHARED_SETTINGS,
+            own=OWN_SETTINGS,
+            seed=config["seed"],
+            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
             frame_s=config["speech"]["frame_s"],
             rules=SCORING,
         message:

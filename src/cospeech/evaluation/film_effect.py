@@ -6,7 +6,7 @@ import pandas as pd
 
 from cospeech.evaluation import sessions
 
-KEY = ["system", "clusters", "states", "actor", "measure", "part", "bin_s"]
+KEY = ["system", "variant", "actor", "measure", "part", "bin_s"]
 QUANTITY = ["actor", "measure", "part", "bin_s"]
 
 
@@ -24,12 +24,12 @@ def film_effect(filmed: pd.DataFrame, true: pd.DataFrame, settings: sessions.Boo
         of ``filmed`` with that system and setting are used.
     settings : settings of the bootstrap.
     """
-    system, clusters, states = true[["system", "clusters", "states"]].iloc[0]
-    same = filmed[(filmed["system"] == system) & (filmed["clusters"] == clusters) & (filmed["states"] == states)]
+    system, variant = true[["system", "variant"]].iloc[0]
+    same = filmed[(filmed["system"] == system) & (filmed["variant"] == variant) & (filmed["phrases"] == "planned")]
     both = pd.concat([same.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
     scores = sessions.session_scores(both, settings)
     filmed_scores, true_scores = (scores[scores["system"] == side] for side in ("filmed", "planted"))
-    pairs = sessions.differences(both, clusters, states, settings)
+    pairs = sessions.differences(both, {"filmed": variant, "planted": variant}, settings)
     table = (
         filmed_scores.merge(true_scores[[*QUANTITY, "value"]], on=QUANTITY, suffixes=("", "_true"), validate="1:1")
         .merge(pairs[pairs["system"] == "filmed"], on=QUANTITY, suffixes=("", "_apart"), validate="1:1")

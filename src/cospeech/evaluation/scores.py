@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -66,6 +67,42 @@ def phrases(table: pd.DataFrame, rules: Rules) -> Phrases:
         )
     ends = on_grid["end_frame"].to_numpy()
     return Phrases(np.append(0, ends), labels.astype(np.int64))
+
+
+class Scored(NamedTuple):
+    """What is scored: the phrases of one record that a system planned, or that are seen in its motion."""
+
+    system: str
+    variant: str
+    record: str
+    phrases: str
+
+
+def table(
+    scored: Sequence[Scored],
+    synthesised: Sequence[pd.DataFrame],
+    actual: Mapping[str, pd.DataFrame],
+    actors: Mapping[str, str],
+    rules: Rules,
+) -> pd.DataFrame:
+    """Return the table ``record_scores``.
+
+    A system that made nothing of one record (it failed) is left out altogether: its mean over the other records could
+    not be compared with those of other systems.
+
+    Parameters
+    ----------
+    scored : what is scored. synthesised : the segment table of each, in step.
+    actual : the actual segment table of each record. actors : the actor of each record.
+    """
+    failed = {one.system for one, made in zip(scored, synthesised, strict=True) if len(made) == 0}
+    real = {record: phrases(own, rules) for record, own in actual.items()}
+    rows: list[dict[str, Any]] = []
+    for one, made in zip(scored, synthesised, strict=True):
+        if one.system not in failed:
+            origin = one._asdict() | {"actor": actors[one.record]}
+            rows += [origin | row for row in record_scores(real[one.record], phrases(made, rules), rules)]
+    return pd.DataFrame(rows)
 
 
 def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[dict[str, Any]]:

@@ -53,10 +53,24 @@ class Job:
             return tables.read(path, schema, columns)
         return pd.concat([tables.read(one, schema, columns) for one in path], ignore_index=True)
 
+    def read_each(self, names: Sequence[str], paths: Sequence[str], schema: str) -> dict[str, pd.DataFrame]:
+        """Read one table per name from the corresponding path; the result is empty if there are no paths."""
+        return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
+
     def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
         """Write one table, or several concatenated, with the provenance of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
+
+    def write_each(self, frames: Sequence[pd.DataFrame], paths: Sequence[str], schema: str) -> None:
+        """Write several tables of the same schema, each to the corresponding path."""
+        for frame, path in zip(frames, paths, strict=True):
+            self.write(frame, path, schema)
+
+    def warn(self, message: str) -> None:
+        """Write one line to the log of this job and to stderr."""
+        log.warning(f"WARNING {message}")
+        progress.write_line(f"cospeech: {message}")
 
     def say(self, message: str) -> None:
         """Write one line to the log of this job."""
