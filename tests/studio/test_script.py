@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cospeech.data import segments, tables
 from cospeech.data.rng import random_source
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES
 from cospeech.studio import cast, script
 from cospeech.studio.patterns import NAMES
 

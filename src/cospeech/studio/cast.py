@@ -15,7 +15,7 @@ import pandas as pd
 
 from cospeech.data.arrays import Floats
 from cospeech.data.rng import random_source
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES
 from cospeech.errors import UserError
 from cospeech.studio.patterns import NAMES, PAUSE
 
@@ -45,7 +45,7 @@ class Member:
     ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
     durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) holds the
     distribution of prosody patterns in a gesture phrase whose speech is coupled to it. Gestures are in the order of
-    ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
+    ``vocabulary.GESTURES``, patterns in that of ``patterns.NAMES``.
     """
 
     actor: str

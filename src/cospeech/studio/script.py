@@ -23,7 +23,7 @@ import pandas as pd
 from cospeech.data import segments
 from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES
 from cospeech.studio.cast import Member
 from cospeech.studio.patterns import NAMES
 
