@@ -1,31 +1,23 @@
-"""The import rules of the package: what may import what."""
+"""The import rules of the package: what may import what, and the drawing that shows what does."""
 
 import ast
+from graphlib import CycleError
 
+import draw_package
 import pytest
+from draw_package import part
 
 from cospeech.kernels import code_hash
 
 PACKAGE = code_hash.PACKAGE
 ROOT = PACKAGE.parents[1]
 
-ROOMS = {
-    "studio", "corpus", "capture", "speech", "segmentation",
-    "synthesis", "identity", "rendering", "evaluation", "report",
-}  # fmt: skip
-FOUNDATIONS = {"data", "formats", "geometry", "motion", "metrics", "markov", "kernels", "workflow", "errors"}
-ENTRY_POINTS = {"api", "cli"}
-"""Modules that may import several rooms, as scripts may."""
+ROOMS, FOUNDATIONS = set(draw_package.ROOMS), set(draw_package.FOUNDATIONS)
+ENTRY_POINTS = set(draw_package.ENTRY_POINTS) - {"scripts"}
 
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SYNTHESIS = sorted((PACKAGE / "synthesis").rglob("*.py"))
 SCRIPTS = sorted((ROOT / "scripts").rglob("*.py"))
-
-
-def part(path):
-    """The room, foundation or entry point that a file of the package belongs to; None for the package itself."""
-    name = path.relative_to(PACKAGE).with_suffix("").parts[0]
-    return None if name == "__init__" else name
 
 
 def system(path):
@@ -69,3 +61,21 @@ def test_imports_are_absolute(path):
     """Relative imports would escape these rules, and the code hashes."""
     lines = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     assert not [line.lineno for line in lines if isinstance(line, ast.ImportFrom) and line.level]
+
+
+def test_foundations_do_not_import_one_another_in_a_circle():
+    draw_package.by_level(FOUNDATIONS, draw_package.read_imports())
+
+
+def test_the_drawing_of_the_package_is_up_to_date():
+    drawn = draw_package.draw(draw_package.read_imports())
+    assert draw_package.DRAWING.read_text(encoding="utf-8") == drawn, "run python docs/draw_package.py"
+
+
+def test_the_drawing_shows_each_import_as_one_arrow():
+    imports = {"scripts": {"studio", "data"}, "studio": {"data"}, "data": set(), "errors": set()}
+    drawn = draw_package.draw({name: frozenset(found) for name, found in imports.items()})
+    assert drawn.count("l-4.5 -8h9z") == 3
+    assert [drawn.count(f">{name}<") for name in (*imports, "corpus")] == [1, 1, 1, 1, 0]
+    with pytest.raises(CycleError):
+        draw_package.by_level({"data", "errors"}, {"data": {"errors"}, "errors": {"data"}})
