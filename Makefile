@@ -35,7 +35,7 @@ lint: .venv/test.stamp
 
 bench: .venv/test.stamp
 	$(BIN)/python bench/markov.py
-	$(BIN)/python bench/semi.py
+	$(BIN)/python bench/hsmm.py
 	$(BIN)/python bench/kinematics.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py

@@ -138,7 +138,7 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
         targets = actual.starts[int(part == "interior") : -1] * rules.frame_s
         labels = [side[low:high] for side in frame_labels]
         values = {
-            "D": boundaries.distance_s(s, targets),
+            "D": boundaries.distance(s, targets),
             "boundary_f1": boundaries.boundary_f1(s, a, rules.tolerance_s),
             "phrase_ratio": len(s) / len(a) if len(a) else math.nan,
             "frames_right": agreement.share_right(*labels),

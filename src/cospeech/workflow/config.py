@@ -13,12 +13,10 @@ from typing import Any, NamedTuple
 import yaml
 
 from cospeech.data.tables import schema_folder
+from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
 from cospeech.workflow import project
-
-SCENARIOS = ("memory", "documentary", "fairy_tale", "watch_and_tell")
-"""The monologue and watching scenarios of Özkul 2012, 3.2, that the studio's records take in turn."""
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
