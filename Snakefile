@@ -35,7 +35,7 @@ try:
     BRINGS = configuration.brings(RECORDS)
     TAKES = configuration.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems)
+    configuration.check_systems(config, CHOSEN.systems, BRINGS)
     TRANSPLANTS = configuration.transplants(config, RECORDS)
     OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
@@ -75,6 +75,7 @@ include: "workflow/rules/calibration.smk"
 # Without records a run calibrates a rig, and nothing else.
 if RECORDS:
 
+    include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
     include: "workflow/rules/corpus.smk"
@@ -126,11 +127,7 @@ rule markers:
 
 rule models:
     input:
-        [
-            f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}"
-            for system in MODELLED
-            for actor in ACTORS
-        ]
+        [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
         if BRINGS >= {"motion", "audio"}
         else [],
 

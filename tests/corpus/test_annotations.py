@@ -11,11 +11,11 @@ from parselmouth.praat import call
 from pympi import Elan
 
 from cospeech.corpus import annotations
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.formats import elan, textgrid
 
-LABELS = list(segments.GESTURES)
+LABELS = list(vocabulary.GESTURES)
 SPANS = [(0.0, 1.25, "rest"), (1.25, 2.5, "left"), (2.5, 4.0, "left"), (6.001, 7.333, "open")]
 MEDIA = "../corpus/audio/a.wav"
 

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import MotionConventions
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.formats import bvh
 from cospeech.motion import skeleton
 from cospeech.workflow.config import RECORD_FIELDS
 
 CONVENTIONS = MotionConventions("y", "m", "cospeech", "hanging")
-LABELS = list(segments.GESTURES)
+LABELS = list(vocabulary.GESTURES)
 
 
 def record_entry(**fields):

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.corpus import user_tables
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
 
-LABELS = list(segments.GESTURES)
+LABELS = list(vocabulary.GESTURES)
 
 
 def motion_table(n_frames=40, fps=25.0):

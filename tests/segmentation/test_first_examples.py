@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.motion import skeleton
 from cospeech.segmentation import first_examples, gesture
 
@@ -24,7 +24,7 @@ def performed():
 
 def test_proposals_match_the_performed_gestures(performed):
     motions = {record: motion for record, (motion, _) in performed.items()}
-    proposed = first_examples.add_proposals(NONE, motions, segments.GESTURES)
+    proposed = first_examples.add_proposals(NONE, motions, vocabulary.GESTURES)
     tables.validate(proposed, "annotations", "proposed")
     shares = []
     for row in proposed.itertuples():
@@ -40,7 +40,7 @@ def test_proposals_do_not_replace_or_overlap_annotations(performed):
     annotated = pd.DataFrame(
         {"record": ["r0"], "start_s": [0.0], "end_s": [40.0], "gesture": ["left"], "origin": ["person"]}
     )
-    table = first_examples.add_proposals(annotated, motions, segments.GESTURES)
+    table = first_examples.add_proposals(annotated, motions, vocabulary.GESTURES)
     assert table[table["gesture"] == "left"]["origin"].tolist() == ["person"]
     in_first = table[(table["record"] == "r0") & (table["origin"] == "rule")]
     assert (in_first["start_s"] >= 40.0).all()
@@ -50,7 +50,7 @@ def test_a_motionless_body_only_shows_rest():
     rng = np.random.default_rng(0)
     angles = rng.normal(0, 0.4, (400, len(skeleton.JOINTS), 3))
     motion = skeleton.motion_table(np.zeros((400, 3)), angles, actor.FPS)
-    proposed = first_examples.add_proposals(NONE, {"r0": motion}, segments.GESTURES)
+    proposed = first_examples.add_proposals(NONE, {"r0": motion}, vocabulary.GESTURES)
     assert set(proposed["gesture"]) <= {"rest"}
 
 
@@ -69,7 +69,7 @@ def test_a_real_speaker_is_segmented_without_annotations():
     conventions = retarget.MotionConventions(up="y", unit="m", joints="smplx", zero="t_pose")
     motions = {f"scott_{i}": motion.read(path, conventions, 15.8 * i, 15.8 * (i + 1)).table for i in range(4)}
     settings = {
-        "labels": list(segments.GESTURES), "states": 4, "iterations": 5, "variance_floor": 0.1,
+        "labels": list(vocabulary.GESTURES), "states": 4, "iterations": 5, "variance_floor": 0.1,
         "first_examples": "rules",
     }  # fmt: skip
     training = gesture.train(motions, NONE, settings)

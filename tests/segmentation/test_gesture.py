@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import MUST, NEVER
@@ -17,7 +17,7 @@ from cospeech.motion import skeleton
 from cospeech.segmentation import gesture, labelled_hmm
 
 SETTINGS = {
-    "labels": list(segments.GESTURES),
+    "labels": list(vocabulary.GESTURES),
     "states": 4,
     "iterations": 10,
     "variance_floor": 0.1,
@@ -48,7 +48,7 @@ def agreement(found, true):
 
 def test_phrases_are_recovered_from_five_examples_per_class(cast, trained):
     motions, truth, annotations = cast
-    assert trained.model.labels == segments.GESTURES
+    assert trained.model.labels == vocabulary.GESTURES
     found = {record: gesture.phrases(trained.model, record, motion, NONE) for record, motion in motions.items()}
     assert np.mean([agreement(found[record], truth[record]) for record in motions]) > 0.9
     ratio = sum(map(len, found.values())) / sum(map(len, truth.values()))

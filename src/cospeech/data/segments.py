@@ -11,17 +11,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Labels
+from cospeech.data.vocabulary import GESTURES as GESTURES
+from cospeech.data.vocabulary import prosody_labels as prosody_labels
 from cospeech.errors import UserError
 
-GESTURES = ("raise_both", "rest", "left", "perpendicular", "contact", "open", "right")
-"""The gesture phrase classes g1 to g7 of Özkul 2012, Table 4.1, in its order."""
-
 Frames = npt.NDArray[np.int64]
-
-
-def prosody_labels(clusters: int) -> tuple[str, ...]:
-    """Return the names p1 ... pM of the prosody clusters."""
-    return tuple(f"p{m}" for m in range(1, clusters + 1))
 
 
 def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
@@ -89,11 +83,6 @@ def resample(table: pd.DataFrame, n_frames: int, fps: float) -> pd.DataFrame:
     starts = np.flatnonzero(np.append(True, rows[1:] != rows[:-1]))
     labels = table["label"].to_numpy(dtype=object)[rows[starts]]
     return from_starts(str(table["record"].iloc[0]), starts, labels, n_frames, fps)
-
-
-def boundaries_s(table: pd.DataFrame) -> npt.NDArray[np.float64]:
-    """Return the start times of the segments in seconds, shape (L,)."""
-    return table["start_s"].to_numpy(dtype=float)
 
 
 def check(table: pd.DataFrame, where: str) -> None:

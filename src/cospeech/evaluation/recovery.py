@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.rng import random_source
 from cospeech.metrics import agreement
 
 Rows = list[dict[str, Any]]
@@ -141,7 +141,7 @@ def _simulated_p(observed: pd.DataFrame, planned: pd.DataFrame, seed: int, name:
     probability = planned.to_numpy(dtype=float)[used]
     probability /= probability.sum(axis=1, keepdims=True)
     expected = totals[used, None] * probability
-    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    rng = random_source(seed, name)
     simulated = np.stack(
         [rng.multinomial(n, p, SIMULATIONS) for n, p in zip(totals[used], probability, strict=True)], axis=1
     )

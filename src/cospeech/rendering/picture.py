@@ -11,14 +11,14 @@ import pandas as pd
 from PIL import Image as Pillow
 from PIL import ImageDraw
 
-from cospeech.data import palette, segments
+from cospeech.data import segments, vocabulary
 from cospeech.formats import canvas
 from cospeech.formats.canvas import Colour, Image
 
 
 def gesture_colour(label: str) -> Colour:
     """Return the colour of a gesture class as red, green and blue, 0 to 255."""
-    red, green, blue = bytes.fromhex(palette.gesture_colour(label).removeprefix("#"))
+    red, green, blue = bytes.fromhex(vocabulary.gesture_colour(label).removeprefix("#"))
     return red, green, blue
 
 

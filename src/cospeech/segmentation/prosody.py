@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.markov import parallel, parallel_start
 from cospeech.markov.parallel import ParallelHMM
 from cospeech.segmentation import labelled_hmm

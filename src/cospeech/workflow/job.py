@@ -62,11 +62,6 @@ class Job:
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
 
-    def write_each(self, frames: Sequence[pd.DataFrame], paths: Sequence[str], schema: str) -> None:
-        """Write several tables of the same schema, each to the corresponding path."""
-        for frame, path in zip(frames, paths, strict=True):
-            self.write(frame, path, schema)
-
     def warn(self, message: str) -> None:
         """Write one line to the log of this job and to stderr."""
         log.warning(f"WARNING {message}")
