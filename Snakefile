@@ -12,7 +12,7 @@ from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.errors import UserError
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.synthesis.registry import registered
 
 min_version("9.0")
@@ -170,7 +170,7 @@ onstart:
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.tell(f"cospeech: {told}")
+        progress.write_line(f"cospeech: {told}")
 
 
 onsuccess:
@@ -187,4 +187,4 @@ onsuccess:
 
 onerror:
     for line in mistakes(since=STARTED):
-        progress.tell(f"cospeech: {line}")
+        progress.write_line(f"cospeech: {line}")

@@ -206,4 +206,4 @@ def write(name: str, path: Path, made: Performance, model: ActorModel, folder: P
         sound.write(made.sound, wav)
         caption = f"{record} · {card['corpus']}"
         panel = video.Panel(card["system"], made.motion, made.phrases)
-        video.film(path, [panel], caption, VIDEO_FPS, VIDEO_HEIGHT_PX, longest_s=None, sound=wav)
+        video.write_video(path, [panel], caption, VIDEO_FPS, VIDEO_HEIGHT_PX, longest_s=None, sound=wav)
