@@ -12,7 +12,7 @@ from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.errors import UserError
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.synthesis.registry import registered
 
 min_version("9.0")

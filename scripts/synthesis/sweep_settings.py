@@ -1,6 +1,6 @@
 """One fold at each setting of the sweep: its prosody clusters, and the phrases of the systems that are swept."""
 
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session

@@ -25,7 +25,7 @@ import soundfile
 from cospeech import __version__
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import MotionConventions
-from cospeech.data import segments
+from cospeech.data import segments, vocabulary
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
@@ -93,7 +93,7 @@ def load_record(
     name: str,
     motion: str | Path,
     audio: str | Path,
-    declaration: Mapping[str, Any] | None = None,
+    conventions: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Record:
     """Load a record from a motion file and its wav file, cut to their common length.
@@ -102,7 +102,7 @@ def load_record(
     ----------
     name : name of the record.
     motion : BVH, SMPL-X npz, or a motion table (parquet, csv).
-    declaration : how to read the motion, as ``corpus.motion`` in the configuration: up, unit, joints, zero. By
+    conventions : how to read the motion, as ``corpus.motion`` in the configuration: up, unit, joints, zero. By
         default the skeleton of cospeech in metres.
     settings : a configuration as ``settings()`` returns it.
 
@@ -118,12 +118,12 @@ def load_record(
     """
     used = settings or default_settings()
     given = dict.fromkeys(config.RECORD_FIELDS) | {"record": name, "actor": name, "audio": str(audio)}
-    conventions = MotionConventions(**(declaration or used["corpus"]["motion"]))
+    how = MotionConventions(**(conventions or used["corpus"]["motion"]))
     taken = intake.read_record(
         given | {"motion": str(motion)},
         str(motion),
         0.0,
-        conventions,
+        how,
         used["phrases"]["gesture"]["labels"],
         used["speech"]["frame_s"],
         used["corpus"]["length_tolerance_s"],
@@ -208,7 +208,7 @@ def train(
     tables = {record.name: record.prosody for record in records}
     clusters = clustering.train(list(tables.values()), *setting, used["phrases"]["prosody"], used["seed"])
     clustered = clustering.phrases(clusters.model, tables, frame_s)
-    known = Actor(actor, names, frame_s, how["labels"], segments.prosody_labels(setting.clusters))
+    known = Actor(actor, names, frame_s, how["labels"], vocabulary.prosody_labels(setting.clusters))
     training, _ = fold(known, None, gestures, clustered, tables, motions)
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)

@@ -136,7 +136,7 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
         rows += [common | row for row in _similarities(actual, synthesised, low, high, rules)]
         a, s = (_starts_in(side, low, high) * rules.frame_s for side in (actual, synthesised))
         targets = actual.starts[int(part == "interior") : -1] * rules.frame_s
-        labels = [side[low:high] for side in frame_labels]
+        labels = (frame_labels[0][low:high], frame_labels[1][low:high])
         values = {
             "D": boundaries.distance(s, targets),
             "boundary_f1": boundaries.boundary_f1(s, a, rules.tolerance_s),
