@@ -67,14 +67,14 @@ def nan_at(frame, joint):
         ({"poses": np.zeros((8, 9))}, "not .frames, 165."),
         ({"trans": np.zeros((7, 3))}, "not .frames, 165."),
         ({"poses": np.zeros((0, 165)), "trans": np.zeros((0, 3))}, "no frame"),
-        ({"poses": np.full((8, 165), "x")}, "numbers belong"),
-        ({"mocap_frame_rate": np.array(0)}, "frames a second"),
-        ({"mocap_frame_rate": np.array([30, 30])}, "frames a second"),
+        ({"poses": np.full((8, 165), "x")}, "must hold numbers"),
+        ({"mocap_frame_rate": np.array(0)}, "frames per second"),
+        ({"mocap_frame_rate": np.array([30, 30])}, "frames per second"),
         ({"poses": nan_at(5, "right_wrist")}, "'right_wrist' is missing .NaN. in frame 5"),
         ({"trans": np.full((8, 3), np.nan)}, "trans is missing .NaN. in frame 0"),
     ],
 )
-def test_what_is_no_smplx_motion_is_refused(tmp_path, changes, says):
+def test_what_is_not_smplx_motion_is_rejected(tmp_path, changes, says):
     with pytest.raises(UserError, match=says) as caught:
         smplx.read(save(tmp_path / "bad.npz", **changes))
     assert "bad.npz" in str(caught.value)
