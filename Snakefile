@@ -35,11 +35,15 @@ try:
     BRINGS = configuration.brings(RECORDS)
     TAKES = configuration.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems, BRINGS)
+    configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed(), BRINGS)
     TRANSPLANTS = configuration.transplants(config, RECORDS)
     OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
+
+if workflow.is_main_process:
+    for failure in CHOSEN.failures:
+        progress.write_line(f"cospeech: {failure.message}")
 
 # The takes that come as films, one of each camera of the rig.
 FILMED = [take for take, files in TAKES.items() if not configuration.is_marker_file(files[0])]

@@ -6,7 +6,7 @@ import csv
 import difflib
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -143,12 +143,15 @@ def _impossible(config: Config) -> list[str]:
     return problems
 
 
-def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[str]) -> None:
+def check_systems(
+    config: Config, systems: Mapping[str, Any], failed: Collection[str], brings: frozenset[str]
+) -> None:
     """Raise UserError where the configuration shows a system that it does not run, or too few to compare.
 
     Parameters
     ----------
     systems : the systems of the run by name, as the registry returns them.
+    failed : names of systems that could not be loaded, which may be named but are left out.
     brings : what the records bring.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
@@ -160,12 +163,14 @@ def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[
                 f"config: synthesis.systems: '{name}' makes motion, but the records bring none; set it to false"
             )
     for name in animation["systems"]:
-        if name not in systems:
+        if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
     for name in [shown] if isinstance(shown, str) else shown:
+        if name in failed:
+            continue
         if name not in systems or not (name in animation["systems"] or systems[name].makes == "motion"):
             raise UserError(f"config: animation.video.shown: '{name}' is not in animation.systems")
-    if not any(systems[name].role == "control" for name in animation["systems"]):
+    if not any(systems[name].role == "control" for name in animation["systems"] if name in systems):
         raise UserError("config: animation.systems must contain a control, which every comparison shows")
 
 
