@@ -1,4 +1,4 @@
-"""The exhibits of the run, apart from those of the sweep."""
+"""The exhibits of the run, apart from those that show nothing but scores."""
 
 from cospeech.report.exhibits import drawing
 from cospeech.workflow import job

@@ -148,7 +148,7 @@ def test_numbers(value, text):
 
 def test_the_made_up_run_has_all_its_findings(virtual_page):
     for claim in (
-        "HSMM as printed",
+        "“HSMM as printed”",
         "D alone",
         "This corpus resolves",
         "The planted gesture phrases were recovered",

@@ -95,40 +95,39 @@ def drawn_with(exhibits):
     }
 
 
-# Few jobs draw all exhibits, as starting a process takes longer than drawing one. Those of the sweep have a job of
-# their own, so that the target `sweep` needs neither motion nor films.
-OF_SWEEP = [exhibit for exhibit in EXHIBITS if "sweep" in exhibit.needs]
-OTHERS = [exhibit for exhibit in EXHIBITS if exhibit not in OF_SWEEP]
+# Two jobs draw all exhibits, as starting a process takes longer than drawing one. What shows nothing but scores is
+# drawn apart: it is all that the target `sweep` asks for, and on two cores both jobs run at once.
+SCORES = {"session_scores", "differences"}
+OF_SCORES = [exhibit for exhibit in EXHIBITS if SCORES.issuperset(exhibit.sources.values())]
+OTHER_EXHIBITS = [exhibit for exhibit in EXHIBITS if exhibit not in OF_SCORES]
 
 
 rule exhibits:
     input:
-        **made_from(OTHERS),
+        **made_from(OTHER_EXHIBITS),
         published=PUBLISHED,
     output:
-        *files_of(OTHERS),
+        *files_of(OTHER_EXHIBITS),
     params:
-        **drawn_with(OTHERS),
+        **drawn_with(OTHER_EXHIBITS),
     message:
-        f"{len(OTHERS)} exhibits"
+        f"{len(OTHER_EXHIBITS)} exhibits"
     script:
         "../../scripts/report/exhibits.py"
 
 
-if OF_SWEEP:
-
-    rule sweep_exhibits:
-        input:
-            **made_from(OF_SWEEP),
-            published=PUBLISHED,
-        output:
-            *files_of(OF_SWEEP),
-        params:
-            **drawn_with(OF_SWEEP),
-        message:
-            "exhibits of the sweep"
-        script:
-            "../../scripts/report/sweep_exhibits.py"
+rule score_exhibits:
+    input:
+        **made_from(OF_SCORES),
+        published=PUBLISHED,
+    output:
+        *files_of(OF_SCORES),
+    params:
+        **drawn_with(OF_SCORES),
+    message:
+        f"{len(OF_SCORES)} exhibits of scores"
+    script:
+        "../../scripts/report/score_exhibits.py"
 
 
 # What the page reads apart from exhibits.

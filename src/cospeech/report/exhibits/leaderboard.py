@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -129,6 +129,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
         style.ticks_off(panel, "y")
         panel.grid(axis="x")
         panel.locator_params(axis="x", nbins=3)
+        panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes[0, 0].set_yticks(places, [line.title for line in shown])
     for label, line in zip(axes[0, 0].get_yticklabels(), shown, strict=True):
         label.set_color(style.FAINT if line.depth else style.INK)
@@ -202,18 +203,15 @@ def boards(run: Run, board: pd.DataFrame) -> Boards:
 
 def _rows(pooled: pd.DataFrame, systems: Systems) -> list[Row]:
     heads = columns(pooled)
-    rows = []
-    for line in lines(pooled, systems):
-        own = pooled[(pooled["system"] == line.system) & (pooled["phrases"] == line.phrases)]
-        rows.append(Row(line, [_cell(cells(own, measure, bin_s)) for measure, bin_s in heads]))
-    return rows
+    key = ["system", "phrases", "measure", "bin_s"]
+    keyed = pooled.astype({"bin_s": object}).where(pooled.notna(), None)
+    found = dict(zip(zip(*(keyed[name] for name in key), strict=True), map(_cell, pooled.itertuples()), strict=True))
+    empty = Cell("–", "", "")
+    return [Row(line, [found.get((*line[:2], *head), empty) for head in heads]) for line in lines(pooled, systems)]
 
 
-def _cell(own: pd.DataFrame) -> Cell:
-    if len(own) == 0:
-        return Cell("–", "", "")
-    row = own.iloc[0]
-    interval = "" if pd.isna(row["low"]) else f"{number(row['low'])} to {number(row['high'])}"
-    undefined = int(row["n_undefined"])
-    note = f"{undefined} of {undefined + int(row['n'])} undefined" if undefined else ""
-    return Cell(number(row["value"]), interval, note)
+def _cell(row: Any) -> Cell:
+    interval = "" if pd.isna(row.low) else f"{number(row.low)} to {number(row.high)}"
+    undefined = int(row.n_undefined)
+    note = f"{undefined} of {undefined + int(row.n)} undefined" if undefined else ""
+    return Cell(number(row.value), interval, note)

@@ -55,8 +55,8 @@ def smoothing_figure(trial: pd.DataFrame) -> Figure:
             panel.plot(own["time_s"], own["angle_deg"], color=colour, lw=1.0 if plain else 1.6, label=title,
                        ls=(0, (3, 2)) if plain else "-", marker=".", ms=3 if plain else 4)  # fmt: skip
     panel.axvline(boundary, color=style.FAINT, lw=1.0)
-    panel.annotate("phrase boundary", (boundary, 0.98), xycoords=("data", "axes fraction"), xytext=(4, 0),
-                   textcoords="offset points", va="top", color=style.FAINT, fontsize=8)  # fmt: skip
+    panel.annotate("phrase boundary", (boundary, 0.03), xycoords=("data", "axes fraction"), xytext=(4, 0),
+                   textcoords="offset points", va="bottom", color=style.FAINT, fontsize=8)  # fmt: skip
     joint, axis = trial["joint"].iloc[0].replace("_", " "), trial["axis"].iloc[0]
     panel.set(xlabel="time (s)", ylabel=f"{joint}, {axis} angle (°)")
     panel.grid(axis="y")

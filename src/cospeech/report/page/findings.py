@@ -115,7 +115,7 @@ def _speech(system: System, pooled: pd.DataFrame, paired: pd.DataFrame, systems:
                 verdicts[measure][speech] = verdict(row, words.MEASURES[measure].better)
                 compared.append(f"{measure} {with_interval(row, 'difference', unit)}")
         evidence.append(f"minus the same with {speech}: {', '.join(compared) if compared else 'undefined'}")
-    claim = f"{system.title} {_by_kappa(verdicts['kappa'])}. {_by_distance(set(verdicts['D'].values()))}"
+    claim = f"“{system.title}” {_by_kappa(verdicts['kappa'])}. {_by_distance(set(verdicts['D'].values()))}"
     return Finding(claim, evidence)
 
 
@@ -147,16 +147,17 @@ def _against(system: System, others: list[System], paired: pd.DataFrame) -> Find
     clauses, evidence = [], []
     for other in others:
         verdicts: dict[str, list[str]] = {}
+        compared = []
         for measure in ("kappa", "D"):
             row = _row(paired, system=system.name, other=other.name, measure=measure, part="interior")
             if row is None or row["difference"] != row["difference"]:
                 continue
             verdicts.setdefault(named[verdict(row, words.MEASURES[measure].better)], []).append(measure)
-            value = with_interval(row, "difference", " s" if measure == "D" else "")
-            evidence.append(f"minus {other.title}, on the interior of records: {measure} {value}")
-        clauses += [f"{verb} {other.title} in {' and '.join(measures)}" for verb, measures in verdicts.items()]
-    claim = "; it ".join(clauses) or f"was not compared with {words.joined([other.title for other in others])}"
-    return Finding(f"{system.title} {claim}.", evidence)
+            compared.append(f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}")
+        clauses += [f"{verb} “{other.title}” in {' and '.join(measures)}" for verb, measures in verdicts.items()]
+        evidence.append(f"minus “{other.title}”: {', '.join(compared) if compared else 'undefined'}")
+    claim = "; it ".join(clauses) or "cannot be compared with other systems"
+    return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"])
 
 
 def _ceiling(pooled: pd.DataFrame, systems: Systems, best_published_s: float) -> list[Finding]:

@@ -70,15 +70,15 @@ def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
     )
     coupling = studio["coupling"]
     planned = (
-        "nothing about their gestures, so that no system should beat its controls"
+        "does not predict gesture, so that no system should beat its controls"
         if coupling == 0
-        else f"about their gestures in {100 * coupling:g} % of the phrases"
+        else f"predicts gesture in {100 * coupling:g} % of the phrases"
     )
     return Banner(
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size}. {made} By design, their speech says {planned} (coupling {coupling:g}).",
+            f"{size}. {made} By design, speech {planned} (coupling {coupling:g}).",
             *(_filmed(config, cameras) if cameras is not None else ()),
             "These numbers show how well the methods recover what was planted. They say nothing about people, and "
             "their values are not comparable with published ones, which come from recordings.",

@@ -1,4 +1,4 @@
-"""The exhibits of the sweep, which need neither motion nor films."""
+"""The exhibits that show nothing but scores."""
 
 from cospeech.report.exhibits import drawing
 from cospeech.workflow import job
