@@ -35,7 +35,7 @@ lint: .venv/test.stamp
 
 bench: .venv/test.stamp
 	$(BIN)/python bench/markov.py
-	$(BIN)/python bench/semi.py
+	$(BIN)/python bench/hsmm.py
 	$(BIN)/python bench/kinematics.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
@@ -55,8 +55,8 @@ bench: .venv/test.stamp
 
 # Locks the newest versions that fit pyproject.toml, for Python 3.11 and newer (needs uv).
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra test --extra slurm pyproject.toml -o requirements-test.lock
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header -c requirements-test.lock pyproject.toml -o requirements.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build --extra test --extra slurm pyproject.toml -o requirements-test.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:
 	rm -rf results reports/*/index.html reports/*/seconds.html reports/*/figures reports/*/tables

@@ -12,7 +12,7 @@ from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.errors import UserError
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.synthesis.registry import registered
 
 min_version("9.0")
@@ -35,7 +35,7 @@ try:
     BRINGS = configuration.brings(RECORDS)
     TAKES = configuration.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems)
+    configuration.check_systems(config, CHOSEN.systems, BRINGS)
     TRANSPLANTS = configuration.transplants(config, RECORDS)
     OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
@@ -75,6 +75,7 @@ include: "workflow/rules/calibration.smk"
 # Without records a run calibrates a rig, and nothing else.
 if RECORDS:
 
+    include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
     include: "workflow/rules/corpus.smk"
@@ -126,11 +127,7 @@ rule markers:
 
 rule models:
     input:
-        [
-            f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}"
-            for system in MODELLED
-            for actor in ACTORS
-        ]
+        [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
         if BRINGS >= {"motion", "audio"}
         else [],
 
@@ -173,7 +170,7 @@ onstart:
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.tell(f"cospeech: {told}")
+        progress.write_line(f"cospeech: {told}")
 
 
 onsuccess:
@@ -190,4 +187,4 @@ onsuccess:
 
 onerror:
     for line in mistakes(since=STARTED):
-        progress.tell(f"cospeech: {line}")
+        progress.write_line(f"cospeech: {line}")

@@ -5,9 +5,13 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     actors = work.params["actors"]
+    synthesised = scores.planned(
+        work.read(path, "planned_phrases") for path in [*work.input.planned, *work.input.swept]
+    )
+    for one, path in zip(work.params["others"], work.input.others, strict=True):
+        synthesised[scores.Scored(*one)] = work.read(path, "segments")
     table = scores.table(
-        [scores.Scored(*one) for one in work.params["scored"]],
-        [work.read(path, "segments") for path in work.input.synthesised],
+        synthesised,
         work.read_each(list(actors), work.input.actual, "segments"),
         actors,
         scores.Rules(**work.params["rules"]),

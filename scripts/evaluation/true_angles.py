@@ -14,16 +14,12 @@ with job.run(snakemake) as work:
     actual, folds = gesture.leave_one_out(
         motions, work.read(work.input.annotations, "annotations"), given["settings"]
     )
-    system, made = installed(given["system"]), []
+    system, made = installed(given["system"]), {}
     for record, path in zip(records, work.input.prosody, strict=True):
         training, streams = fold(actor, record, folds[record], work.read(path, "segments"))
         driving = Driving(streams, record, actor.frame_s, given["seed"])
-        made.append(Session(training, given["shared"], given["own"]).synthesise(system, driving).phrases)
-    table = scores.table(
-        [scores.Scored(system.name, given["variant"], record, "planned") for record in records],
-        made,
-        {record: actual[actual["record"] == record] for record in records},
-        dict.fromkeys(records, name),
-        scores.Rules(**given["rules"]),
-    )
+        phrases = Session(training, given["shared"], given["own"]).synthesise(system, driving).phrases
+        made[scores.Scored(system.name, given["variant"], record, "planned")] = phrases
+    own = {record: actual[actual["record"] == record] for record in records}
+    table = scores.table(made, own, dict.fromkeys(records, name), scores.Rules(**given["rules"]))
     work.write(table, work.output.scores, "record_scores")

@@ -1,6 +1,6 @@
 """One fold at each setting of the sweep: its prosody clusters, and the phrases of the systems that are swept."""
 
-from cospeech.data.segments import prosody_labels
+from cospeech.data.vocabulary import prosody_labels
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
@@ -16,7 +16,7 @@ with job.run(snakemake) as work:
     )
     tables = work.read_each(records, work.input.prosody, "prosody")
     gestures = work.read(work.input.gestures, "segments")
-    systems = [installed(name) for name in given["systems"]]
+    systems, planned = [installed(name) for name in given["systems"]], []
     for place, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
         found = prosody.train(
             [tables[name] for name in given["training"]], clusters, states, given["settings"], given["seed"]
@@ -32,11 +32,13 @@ with job.run(snakemake) as work:
             Session(training, given["shared"], given["own"]),
             Driving(streams, record, frame_s, given["seed"]),
         )
-        made = [session.synthesise(system, driving) for system in systems]
-        here = slice(place * len(systems), (place + 1) * len(systems))
-        work.write_each([one.phrases for one in made], work.output.phrases[here], "segments")
-        work.write_each([one.decoding for one in made], work.output.decoding[here], "decoding")
-        written = slice(place * len(given["tables"]), (place + 1) * len(given["tables"]))
-        for (name, table, schema), path in zip(given["tables"], work.output.tables[written], strict=True):
-            work.write(session.tables(installed(name))[table], path, schema)
+        for system in systems:
+            made, variant = session.synthesise(system, driving), given["variants"][place][system.name]
+            folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+            work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
+            work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
+            planned.append(made.phrases.assign(system=system.name, variant=variant))
+            for table, schema in given["tables"].get(system.name, {}).items():
+                work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
         work.say(f"{clusters} clusters of {states} states: {prosody.summary(found.fit)}")
+    work.write(planned, work.output.planned, "planned_phrases")

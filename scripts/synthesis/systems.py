@@ -31,14 +31,20 @@ with job.run(snakemake) as work:
     driving = Driving(
         streams, record, actor.frame_s, given["seed"], given["shift_s"], fps, len(motions.get(record, ()))
     )
-    made = {}
+    planned = []
     for system in map(installed, given["systems"]):
-        made[system.name] = (session.attempt if given["apart"] else session.synthesise)(system, driving)
-        failure = made[system.name].decoding["failure"].iloc[0]
+        made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
+        variant, failure = given["variants"][system.name], made.decoding["failure"].iloc[0]
+        folder = f"{given['folder']}/{system.name}/{variant}/{record}"
         if failure:
             work.warn(failure)
-    work.write_each([made[name].phrases for name in given["phrases"]], work.output.phrases, "segments")
-    work.write_each([made[name].motion for name in given["motion"]], work.output.motion, "motion")
-    work.write_each([made[name].decoding for name in given["systems"]], work.output.decoding, "decoding")
-    for (name, table, schema), path in zip(given["tables"], work.output.tables, strict=True):
-        work.write(session.tables(installed(name))[table], path, schema)
+        if made.phrases is not None:
+            work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
+            planned.append(made.phrases.assign(system=system.name, variant=variant))
+        if made.motion is not None:
+            work.write(made.motion, f"{folder}/motion.parquet", "motion")
+        work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
+        for table, schema in given["tables"].get(system.name, {}).items():
+            work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
+    if work.output.planned:
+        work.write(planned, work.output.planned, "planned_phrases")

@@ -24,8 +24,8 @@ import soundfile
 
 from cospeech import __version__
 from cospeech.corpus import intake
-from cospeech.corpus.retarget import Declaration
-from cospeech.data import segments
+from cospeech.corpus.retarget import MotionConventions
+from cospeech.data import segments, vocabulary
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
@@ -33,7 +33,7 @@ from cospeech.formats.sound import RATE_HZ, Sound
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.segmentation import prosody as clustering
-from cospeech.segmentation.labelled_hmm import Labelled
+from cospeech.segmentation.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody as measuring
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
@@ -69,7 +69,7 @@ class ActorModel(NamedTuple):
     card: Mapping[str, Any]
     system: System
     trained: Trained
-    prosody_model: Labelled
+    prosody_model: LabelledHMM
     gestures: pd.DataFrame
     motions: Mapping[str, pd.DataFrame]
 
@@ -93,7 +93,7 @@ def load_record(
     name: str,
     motion: str | Path,
     audio: str | Path,
-    declaration: Mapping[str, Any] | None = None,
+    conventions: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Record:
     """Load a record from a motion file and its wav file, cut to their common length.
@@ -102,7 +102,7 @@ def load_record(
     ----------
     name : name of the record.
     motion : BVH, SMPL-X npz, or a motion table (parquet, csv).
-    declaration : how to read the motion, as ``corpus.motion`` in the configuration: up, unit, joints, zero. By
+    conventions : how to read the motion, as ``corpus.motion`` in the configuration: up, unit, joints, zero. By
         default the skeleton of cospeech in metres.
     settings : a configuration as ``settings()`` returns it.
 
@@ -118,8 +118,8 @@ def load_record(
     """
     used = settings or default_settings()
     given = dict.fromkeys(config.RECORD_FIELDS) | {"record": name, "actor": name, "audio": str(audio)}
-    how = Declaration(**(declaration or used["corpus"]["motion"]))
-    taken = intake.take(
+    how = MotionConventions(**(conventions or used["corpus"]["motion"]))
+    taken = intake.read_record(
         given | {"motion": str(motion)},
         str(motion),
         0.0,
@@ -128,7 +128,8 @@ def load_record(
         used["speech"]["frame_s"],
         used["corpus"]["length_tolerance_s"],
     )
-    return Record(name, taken.body, prosody(taken.voice, used, name), str(taken.row["note"].iloc[0] or ""))
+    voice = taken.voice if isinstance(taken.voice, np.ndarray) else taken.voice.to_numpy()
+    return Record(name, taken.body, prosody(voice, used, name), str(taken.row["note"].iloc[0] or ""))
 
 
 def default_settings() -> dict[str, Any]:
@@ -207,7 +208,7 @@ def train(
     tables = {record.name: record.prosody for record in records}
     clusters = clustering.train(list(tables.values()), *setting, used["phrases"]["prosody"], used["seed"])
     clustered = clustering.phrases(clusters.model, tables, frame_s)
-    known = Actor(actor, names, frame_s, how["labels"], segments.prosody_labels(setting.clusters))
+    known = Actor(actor, names, frame_s, how["labels"], vocabulary.prosody_labels(setting.clusters))
     training, _ = fold(known, None, gestures, clustered, tables, motions)
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
@@ -311,6 +312,7 @@ def synthesize(
         raise UserError(f"system '{model.system.name}' declares that it makes {model.system.makes}, but {problem}")
     if made.motion is not None:
         return Performance(_no_phrases(name, n_frames, fps), made.motion, made.decoding, samples)
+    assert made.phrases is not None  # a system makes one or the other
     pool = unit_selection.templates(model.gestures, model.motions)
     units = unit_selection.select(made.phrases, pool, n_frames, fps, card["continuity_weight"])
     own = skeleton.standing(n_frames, fps) if body is None else body

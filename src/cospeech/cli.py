@@ -11,16 +11,17 @@ import sys
 from collections.abc import Sequence
 
 import cospeech
-from cospeech.commands import workflow
+from cospeech.commands import synthesize, workflow
 from cospeech.commands.parser import Parser
 from cospeech.errors import UserError
 
-COMMANDS = (workflow,)
+COMMANDS = (synthesize, workflow)
 
 DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestures for speech."
 
 EXAMPLES = """\
 examples:
+  cospeech synthesize speech.wav        gestures for your own speech
   cospeech report                       run the demo and write its report
   cospeech report --config mine.yaml    the same for your own corpus
   cospeech report --help                show the options of a command

@@ -103,7 +103,7 @@ def test_truncated_files_and_strangers_are_named(tmp_path, size):
     path = tmp_path / "t.parquet"
     write(ANNOTATIONS, path)
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(UserError, match=r"t\.parquet: damaged or no Parquet file"):
+    with pytest.raises(UserError, match=r"t\.parquet: damaged or not a Parquet file"):
         tables.read(path, "annotations")
 
 

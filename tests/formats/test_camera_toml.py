@@ -66,24 +66,24 @@ def test_a_world_with_z_up_is_turned(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("[cam_01]", "[cam_01", "no TOML"),
-        ("matrix", "matrices", "holds no camera"),
+        ("[cam_01]", "[cam_01", "not a TOML file"),
+        ("matrix", "matrices", "has no camera"),
         ("size", "sizes", "camera cam_01: 'size' is missing"),
         ("fisheye = false", "fisheye = true", "fisheye"),
         ("0.02, 0.001, 0.002]", "0.02]", "wrong size"),
-        ("-0.1,", '"x",', "no number"),
+        ("-0.1,", '"x",', "other than numbers"),
         ("-0.1,", "nan,", "infinite or missing"),
-        ("1681.2", "-1681.2", "above 0"),
-        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "no rotation"),
+        ("1681.2", "-1681.2", "must be positive"),
+        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "not a rotation"),
     ],
 )
-def test_what_is_no_calibration_is_refused(tmp_path, old, new, reason):
+def test_what_is_not_a_camera_file_is_rejected(tmp_path, old, new, reason):
     with pytest.raises(UserError, match=reason):
         camera_toml.read(save(tmp_path, FLAT.replace(old, new, 1)))
 
 
 def test_a_missing_file_is_named():
-    with pytest.raises(UserError, match=r"nowhere\.toml: no such calibration"):
+    with pytest.raises(UserError, match=r"nowhere\.toml: no such file"):
         camera_toml.read("nowhere.toml")
 
 

@@ -39,5 +39,5 @@ def test_what_is_not_there_is_said(path, tmp_path):
         films.stills(path, {2, 4})
     (tmp_path / "no.mkv").write_bytes(b"no film")
     for ask in (lambda: films.stills(tmp_path / "no.mkv", {0}), lambda: list(films.pictures(tmp_path / "no.mkv"))):
-        with pytest.raises(UserError, match=r"no\.mkv: cannot be read as a film"):
+        with pytest.raises(UserError, match=r"no\.mkv: cannot be read as a video"):
             ask()

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cospeech.corpus import motion
-from cospeech.corpus.retarget import Declaration
+from cospeech.corpus.retarget import MotionConventions
 from cospeech.errors import UserError
 from cospeech.formats import smplx
 from cospeech.motion import skeleton
 
 BEAT2 = Path(__file__).parents[3] / "shared/data/beat2_scott/2_scott_0_1_1.npz"
-DECLARED = Declaration("y", "m", "smplx", "t_pose")
+DECLARED = MotionConventions("y", "m", "smplx", "t_pose")
 
 
 def arrays(n_frames=8):
@@ -67,14 +67,14 @@ def nan_at(frame, joint):
         ({"poses": np.zeros((8, 9))}, "not .frames, 165."),
         ({"trans": np.zeros((7, 3))}, "not .frames, 165."),
         ({"poses": np.zeros((0, 165)), "trans": np.zeros((0, 3))}, "no frame"),
-        ({"poses": np.full((8, 165), "x")}, "numbers belong"),
-        ({"mocap_frame_rate": np.array(0)}, "frames a second"),
-        ({"mocap_frame_rate": np.array([30, 30])}, "frames a second"),
+        ({"poses": np.full((8, 165), "x")}, "must hold numbers"),
+        ({"mocap_frame_rate": np.array(0)}, "frames per second"),
+        ({"mocap_frame_rate": np.array([30, 30])}, "frames per second"),
         ({"poses": nan_at(5, "right_wrist")}, "'right_wrist' is missing .NaN. in frame 5"),
         ({"trans": np.full((8, 3), np.nan)}, "trans is missing .NaN. in frame 0"),
     ],
 )
-def test_what_is_no_smplx_motion_is_refused(tmp_path, changes, says):
+def test_what_is_not_smplx_motion_is_rejected(tmp_path, changes, says):
     with pytest.raises(UserError, match=says) as caught:
         smplx.read(save(tmp_path / "bad.npz", **changes))
     assert "bad.npz" in str(caught.value)
@@ -121,7 +121,7 @@ def test_a_spoilt_archive_is_read_or_refused_and_nothing_else(tmp_path_factory, 
 
 def test_any_other_zero_pose_than_its_own_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"set corpus\.motion\.zero to t_pose"):
-        motion.read(save(tmp_path / "a.npz"), Declaration("y", "m", "smplx", "hanging"))
+        motion.read(save(tmp_path / "a.npz"), MotionConventions("y", "m", "smplx", "hanging"))
 
 
 @pytest.mark.recorded

@@ -76,9 +76,9 @@ def whole_wav():
         (whole_wav()[:2000], "announces 6400 bytes of sound and holds 1956"),
         (whole_wav()[:40], "no sound"),
         (whole_wav()[:14], "no sound"),
-        (b"ID3\x04\x00 an mp3", "no wav file"),
-        (b"HIERARCHY\nROOT Hips", "no wav file"),
-        (b"RIFF\x24\x00\x00\x00AVI LIST", "no wav file"),
+        (b"ID3\x04\x00 an mp3", "not a wav file"),
+        (b"HIERARCHY\nROOT Hips", "not a wav file"),
+        (b"RIFF\x24\x00\x00\x00AVI LIST", "not a wav file"),
         (whole_wav()[:40] + struct.pack("<I", 0), "holds no sound"),
         (whole_wav()[:20] + b"\x99\x99" + whole_wav()[22:], "cannot be read as wav"),
     ],
@@ -103,7 +103,7 @@ def test_missing_silent_and_undefined_sound_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"nan\.wav: holds NaN at 0.500 s"):
         sound.read(tmp_path / "nan.wav")
     soundfile.write(tmp_path / "low.wav", tone(2000), 2000)
-    with pytest.raises(UserError, match="2000 Hz is none of recorded speech"):
+    with pytest.raises(UserError, match="2000 Hz is not a sampling rate of recorded speech"):
         sound.read(tmp_path / "low.wav")
 
 

@@ -90,16 +90,16 @@ def test_a_damaged_file_is_read_whole_or_refused(tmp_path_factory, data):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("PathFileType", "Path"), "is no TRC file"),
-        (("\tmm\t", "\t\t"), "the unit is ''"),
-        (("\tmm\t", "\tfeet\t"), "the unit is 'feet'"),
+        (("PathFileType", "Path"), "is not a TRC file"),
+        (("\tmm\t", "\t\t"), "unknown unit ''"),
+        (("\tmm\t", "\tfeet\t"), "unknown unit 'feet'"),
         (("50\t50\t3", "50\t50\t4"), "announces 4 frames and holds 3"),
         (("50\t50\t3\t2", "x\t50\t3\t2"), "do not say DataRate"),
-        (("50\t50\t3", "25\t50\t3"), r"time of frame 1 .* does not go with 25 Hz"),
+        (("50\t50\t3", "25\t50\t3"), r"time of frame 1 .* contradicts 25 Hz"),
         (("head top", "chest"), "two markers are called 'chest'"),
         (("head top", ""), "does not name 2 markers"),
         (("2\t0.02", "4\t0.02"), "frame 1 .* is not numbered one more"),
-        (("2000", "2O00"), "line 7: holds no number .*2O00"),
+        (("2000", "2O00"), "line 7: .* not a number .*2O00"),
         (("2000", "inf"), "line 7: holds an infinite number"),
         (("10\t20\t30", "10\t20\t30\t40"), "line 7: has more than 8 values"),
     ],
@@ -113,9 +113,9 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, change, message):
 def test_missing_and_cut_off_files_are_refused(tmp_path):
     with pytest.raises(UserError, match="cannot be read"):
         trc.read(tmp_path / "none.trc")
-    with pytest.raises(UserError, match="cut off in its header"):
+    with pytest.raises(UserError, match="truncated in its header"):
         trc.read(saved(tmp_path, "\n".join(SMALL.splitlines()[:4])))
-    with pytest.raises(UserError, match="no TRC file can hold the marker name"):
+    with pytest.raises(UserError, match="a TRC file cannot hold the marker name"):
         trc.write(Trajectories(("a\tb",), np.zeros((1, 1, 3)), 20.0), tmp_path / "a.trc")
 
 

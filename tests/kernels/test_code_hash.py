@@ -71,8 +71,8 @@ def test_hash_changes_with_what_it_rests_on_and_with_nothing_else(package, tmp_p
     script.write_text("from cospeech.data import tables\n")
     before = code_hash.code_hash(script)
     (package / "data/segments.py").write_text("# not imported by the script\n")
-    code_hash._imports.cache_clear()
+    code_hash.imports.cache_clear()
     assert code_hash.code_hash(script) == before
     (package / "errors.py").write_text((package / "errors.py").read_text() + "# edited\n")
-    code_hash._imports.cache_clear()
+    code_hash.imports.cache_clear()
     assert code_hash.code_hash(script) != before

@@ -28,7 +28,7 @@ def random_model(rng, n_states, n_symbols, n_bins, zeros=False):
             p = p / p.sum(axis=-1, keepdims=True)
         return p
 
-    return hsmm.SemiMarkov(
+    return hsmm.HSMM(
         states=tuple(f"g{n_states - i}" for i in range(n_states)),
         symbols=tuple(f"p{k + 1}" for k in range(n_symbols)),
         initial=rows(n_states),
@@ -199,7 +199,7 @@ def score_by_rows(model_tables, phrases, observed, weight, censoring):
     st.sampled_from(["none", "right"]),
 )
 @settings(max_examples=60, deadline=None)
-def test_no_path_is_worth_more_than_the_best_and_all_cover_the_record(seed, n_frames, n_bins, weight, censoring):
+def test_no_path_scores_more_than_the_best_and_all_cover_the_sequence(seed, n_frames, n_bins, weight, censoring):
     rng = np.random.default_rng(seed)
     model = hsmm.floored(random_model(rng, 3, 2, n_bins, zeros=True), 1e-4)
     observed = np.array(model.symbols, dtype=object)[rng.integers(2, size=n_frames)]
@@ -247,7 +247,7 @@ def ending_in_logarithms(model, codes):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
-    # States that agree with the speech for a while and then not at all: sums rise and fall by exp(1000) and more
+    # States that agree with the symbols for a while and then not at all: sums rise and fall by exp(1000) and more
     # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again; few durations are
     # possible, so that what was lost in the scaling would be missed.
     rng = np.random.default_rng(seed)
@@ -268,7 +268,7 @@ def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
 
 
 def test_equal_paths_are_told_apart_by_a_fixed_rule():
-    model = hsmm.SemiMarkov(
+    model = hsmm.HSMM(
         states=("b", "a"),
         symbols=("p1",),
         initial=np.full(2, 0.5),
@@ -276,13 +276,13 @@ def test_equal_paths_are_told_apart_by_a_fixed_rule():
         emissions=np.ones((2, 1)),
         durations=np.full((2, 4), 0.25),
     )
-    path = hsmm.decode(model, ["p1"] * 5)  # two phrases, wherever they meet, whichever states they are of
+    path = hsmm.decode(model, ["p1"] * 5)  # two segments of any states that meet anywhere
     assert path.labels.tolist() == ["b", "b"]
     assert path.starts.tolist() == [0, 4]
 
 
-def test_where_no_duration_reaches_the_first_phrase_may_be_any_length_up_to_the_longest():
-    model = hsmm.SemiMarkov(
+def test_the_first_segment_may_have_any_duration_up_to_the_longest():
+    model = hsmm.HSMM(
         states=("a",),
         symbols=("p1",),
         initial=np.ones(1),
@@ -304,7 +304,7 @@ def segment_table(labels, lengths, record="r"):
     return segments.from_starts(record, starts, labels, int(np.sum(lengths)), 1 / FRAME_S)
 
 
-def test_the_counts_of_a_small_record_by_hand():
+def test_the_counts_of_a_short_sequence_by_hand():
     # rest rest left rest, of 2, 1, 3 and 9 frames; the last is longer than the 4 bins
     phrases = segment_table(["rest", "rest", "left", "rest"], [2, 1, 3, 9])
     observed = ["p1"] * 4 + ["p2"] * 11
@@ -334,8 +334,8 @@ def test_smoothing_spreads_durations_and_keeps_their_mass():
     np.testing.assert_allclose(added.durations[0], (np.array([1, 0, 0, 0, 2, 0, 0, 0, 0]) + 0.5) / 7.5)
     spread = hsmm.estimate(counts, 0.0, "kernel", 1.0).durations[0]
     gauss = np.exp(-0.5 * np.arange(-8, 9) ** 2)
-    inner = gauss[4:13] / gauss[4:13].sum()  # the phrases of 5 frames, in the middle
-    edge = gauss[8:] / gauss[8:].sum()  # the phrase of 1 frame, all of it on this side of the edge
+    inner = gauss[4:13] / gauss[4:13].sum()  # the segments of 5 frames, in the middle
+    edge = gauss[8:] / gauss[8:].sum()  # the segment of 1 frame, all of it on this side of the edge
     np.testing.assert_allclose(spread, (2 * inner + edge) / 3, atol=1e-12)
 
 
@@ -348,7 +348,7 @@ def test_planted_parameters_are_recovered_within_sampling_error():
     for r in range(300):
         state = rng.choice(4, p=planted.initial)
         states, lengths, observed = [], [], []
-        for _ in range(40):  # whole phrases, so that no record's end cuts one
+        for _ in range(40):  # whole segments, so that the end of a sequence cuts none
             states.append(planted.states[state])
             lengths.append(int(rng.choice(30, p=planted.durations[state])) + 1)
             observed.append(rng.choice(5, p=planted.emissions[state], size=lengths[-1]))
@@ -386,7 +386,7 @@ def test_wrong_input_is_named():
         hsmm.decode(model, ["p1", "p9"])
     with pytest.raises(UserError, match="no frame"):
         hsmm.decode(model, [])
-    with pytest.raises(UserError, match="cover 3 frames, its prosody 2"):
+    with pytest.raises(UserError, match="cover 3 frames, its observations 2"):
         hsmm.count(segment_table(["a"], [3]), ["p1", "p1"], ("a",), ("p1",), 4)
     with pytest.raises(UserError, match="label 'x'"):
         hsmm.count(segment_table(["x"], [2]), ["p1", "p1"], ("a",), ("p1",), 4)
@@ -409,7 +409,7 @@ def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
 @pytest.mark.parametrize("floor", [0.0, 1e-4])
 @pytest.mark.parametrize("n_bins", [5, 41, 120])
 @pytest.mark.parametrize("censoring", ["none", "right"])
-def test_long_records_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
+def test_long_sequences_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
     # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
     rng = np.random.default_rng(21)
     n_frames = 2 * hsmm_kernels.SPAN + 77

@@ -67,19 +67,6 @@ def test_interpolation_equals_that_of_scipy(seed, n_frames, n_positions):
     assert (Rotation.from_matrix(found).inv() * other).magnitude().max() < 1e-9
 
 
-@given(st.integers(0, 10_000))
-def test_continuous_angles_are_the_same_rotations_in_small_steps(seed):
-    rng = np.random.default_rng(seed)
-    # A smooth curve through the lock: the arm swings out to the side and beyond, twisting on.
-    time = np.linspace(0, 1, 100)[:, None]
-    smooth = np.stack([200 * time, 300 * time, 60 + 60 * time], axis=-1) * rng.uniform(0.3, 1, 3)
-    canonical = skeleton.euler(skeleton.rotations(smooth))
-    found = assembly.continuous(canonical)
-    assert skeleton.rotations(found) == pytest.approx(skeleton.rotations(smooth), abs=1e-9)
-    assert np.abs(np.diff(found, axis=0)).max() < 10
-    assert np.abs(np.diff(found, axis=0)).max() <= np.abs(np.diff(canonical, axis=0)).max() + 1e-9
-
-
 def test_all_but_arms_and_hands_is_the_records_own_motion():
     table, _, _, _, own = made("exponential")
     kept = [column for column in own if column not in skeleton.angle_columns(assembly.SYNTHESISED)]

@@ -4,6 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cospeech.motion import euler, skeleton
 
@@ -66,3 +68,16 @@ def test_the_path_is_the_cheapest_of_all(seed):
 def test_a_single_frame_has_the_triple_nearest_to_the_middle():
     matrices = body([[-100.0, 20.0, 10.0]])
     np.testing.assert_allclose(euler.least_change(matrices)[0, ARM], [-100, 20, 10], atol=1e-9)
+
+
+@given(st.integers(0, 10_000))
+def test_followed_angles_are_the_same_rotations_in_small_steps(seed):
+    rng = np.random.default_rng(seed)
+    # A smooth curve through the lock: the arm swings out to the side and beyond, twisting on.
+    time = np.linspace(0, 1, 100)[:, None]
+    smooth = np.stack([200 * time, 300 * time, 60 + 60 * time], axis=-1) * rng.uniform(0.3, 1, 3)
+    canonical = skeleton.euler(skeleton.rotations(smooth))
+    found = euler.follow(canonical)
+    assert skeleton.rotations(found) == pytest.approx(skeleton.rotations(smooth), abs=1e-9)
+    assert np.abs(np.diff(found, axis=0)).max() < 10
+    assert np.abs(np.diff(found, axis=0)).max() <= np.abs(np.diff(canonical, axis=0)).max() + 1e-9

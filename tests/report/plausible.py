@@ -10,7 +10,7 @@ import yaml
 
 from cospeech.capture import accuracy
 from cospeech.capture.fitting import observability as told
-from cospeech.data import segments, trajectories
+from cospeech.data import segments, trajectories, vocabulary
 from cospeech.evaluation import scores, sessions
 from cospeech.geometry import camera
 from cospeech.motion import skeleton
@@ -24,7 +24,7 @@ from cospeech.synthesis.registry import registered
 ROOT = Path(__file__).parents[2]
 
 ACTORS = {f"{actor}_{k}": actor for actor in ("ada", "deniz") for k in range(1, 5)}
-GESTURES = segments.GESTURES
+GESTURES = vocabulary.GESTURES
 FRAME_S = 0.025
 DURATION_S = 60.0
 BINS_S = (0.025, 0.25, 0.5)

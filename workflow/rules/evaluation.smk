@@ -1,14 +1,11 @@
 # Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
 
-# What is scored: the phrases of every system at its main variant, those of the systems that are swept at the others,
-# and the phrases that are seen in motion.
-PLANNED = [(system, MAIN, record) for system in makers(SYSTEMS, "phrases") for record in RECORDS]
-PLANNED += [(system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS]
-SEEN = [(system, record) for system in [*ANIMATED, ORIGINAL] for record in RECORDS] if "motion" in BRINGS else []
-SCORED = [(system, variant_of(system, setting), record, "planned") for system, setting, record in PLANNED]
-SCORED += [(system, variant_of(system), record, "seen") for system, record in SEEN]
-
-PHRASE_TABLES = {"planned": "phrases", "seen": "phrases_seen"}
+# Phrases that lie in files of their own: those of systems of other packages, and those that are seen in motion. Other
+# systems of a record share a table.
+WITH_CONTROLS = [name for system in APART for name in [system, *SYSTEMS[system].controls]]
+OWN_FILES = [(system, "planned", "phrases.parquet") for system in makers(WITH_CONTROLS, "phrases")]
+if "motion" in BRINGS:
+    OWN_FILES += [(system, "seen", "phrases_seen.parquet") for system in [*ANIMATED, ORIGINAL]]
 
 # How a synthesised record is held against the actual one.
 SCORING = {
@@ -24,18 +21,19 @@ SCORING = {
 rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-        synthesised=[
-            f"{RESULTS}/synthesis/{system}/{variant}/{record}/{PHRASE_TABLES[phrases]}.parquet"
-            for system, variant, record, phrases in SCORED
-        ],
+        planned=expand(f"{RESULTS}/evaluation/planned/{{record}}.parquet", record=RECORDS),
+        swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
+        others=[path for system, _, name in OWN_FILES for path in expand(made_by(system, name), record=RECORDS)],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
     params:
         actors={record: actor_of(record) for record in RECORDS},
-        scored=SCORED,
+        others=[
+            (system, variant_of(system), record, phrases) for system, phrases, _ in OWN_FILES for record in RECORDS
+        ],
         rules=SCORING,
     message:
-        f"scores of {len(SCORED)} synthesised records"
+        f"scores of {len(RECORDS)} records by {len(SYSTEMS)} systems"
     script:
         "../../scripts/evaluation/record_scores.py"
 

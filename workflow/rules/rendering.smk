@@ -1,32 +1,10 @@
 # From phrases to moving bodies: motion tables and BVH, videos with sound, pictures for the report.
 
-ANIMATION = config["animation"]
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
 # What is shown of the studio's five films beside a figure: the one from the front.
 SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
-
-
-# The systems that are animated: those of the configuration, and all that make motion.
-ANIMATED = [name for name in SYSTEMS if name in ANIMATION["systems"] or SYSTEMS[name].makes == "motion"]
-ANIMATED_TOGETHER = [name for name in ANIMATED if not CHOSEN.apart(name)]
-ANIMATED_APART = [name for name in ANIMATED if CHOSEN.apart(name)]
-
-# What a video shows next to the original: the systems that the configuration names, and a control. Where one picture
-# is enough, the first of them.
-SHOWN_TOGETHER = list(ANIMATION["video"]["shown"] if isinstance(ANIMATION["video"]["shown"], list) else [ANIMATION["video"]["shown"]])
-SHOWN = SHOWN_TOGETHER[0]
-COMPARED = [*SHOWN_TOGETHER, *[name for name in ANIMATED if SYSTEMS[name].role == "control" and SYSTEMS[name].drive == "own"][:1]]
-
-# Not a system: the record's own motion, labelled as that of systems is. What systems can reach where they are judged
-# by their motion.
-ORIGINAL = "original"
-
-
-def shown_phrases(system):
-    """The table of the phrases that pictures of a system's motion show."""
-    return "phrases.parquet" if SYSTEMS[system].makes == "phrases" else "phrases_seen.parquet"
 
 
 def training_motions(wildcards):

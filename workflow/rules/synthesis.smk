@@ -1,39 +1,13 @@
 # Gesture phrases, or motion, for the record that a fold holds out: systems, their controls, and ceilings.
 
-SYNTHESIS = config["synthesis"]
-SHARED_SETTINGS = {key: value for key, value in SYNTHESIS.items() if key != "systems"}
-OWN_SETTINGS = {name: value for name, value in SYNTHESIS["systems"].items() if value}
 
-# Systems of cospeech itself are so small that they share a process for each record. One that another package brings
-# runs in a process of its own, with its controls under wrong speech, so that it cannot harm the others.
-TOGETHER = [name for name in SYSTEMS if not CHOSEN.apart(name)]
-APART = [name for name, system in SYSTEMS.items() if CHOSEN.apart(name) and system.drive == "own"]
-SWEPT = [name for name in TOGETHER if SYSTEMS[name].swept and SYSTEMS[name].drive == "own"]
-
-
-def variant_of(system, setting=MAIN):
-    """The variant of a system at one setting of the prosody clusters; 'main' where it does not listen to these."""
-    return setting.variant if "prosody_labels" in SYSTEMS[system].needs else "main"
-
-
-def made_by(system, name, setting=MAIN):
-    """The path of one artifact of a system."""
-    return f"{RESULTS}/synthesis/{system}/{variant_of(system, setting)}/{{record}}/{name}"
-
-
-def makers(systems, output):
-    """The systems among these that make phrases, or motion."""
-    return [system for system in systems if SYSTEMS[system].makes == output]
-
-
-def model_tables(systems, setting=MAIN):
-    """The tables of the models that these systems train: system, table, schema and path of each."""
-    return [
-        (system, table, schema, made_by(system, f"{table}.parquet", setting))
+def model_tables(systems):
+    """The tables of the models that these systems train, with their schemas, by system."""
+    return {
+        system: dict(SYSTEMS[system].tables)
         for system in systems
         if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
-        for table, schema in SYSTEMS[system].tables.items()
-    ]
+    }
 
 
 def needed(systems, need):
@@ -78,24 +52,14 @@ def inputs_of(systems):
     }
 
 
-def outputs_of(systems):
-    """What these systems leave of a record."""
-    return {
-        "phrases": [made_by(system, "phrases.parquet") for system in makers(systems, "phrases")],
-        "motion": [made_by(system, "motion.parquet") for system in makers(systems, "motion")],
-        "decoding": [made_by(system, "decoding.parquet") for system in systems],
-        "tables": [path for _, _, _, path in model_tables(systems)],
-    }
-
-
 def params_of(systems, apart):
     """The parameters of a job that runs these systems."""
     return {
         "systems": systems,
         "apart": apart,
-        "phrases": makers(systems, "phrases"),
-        "motion": makers(systems, "motion"),
-        "tables": [(system, table, schema) for system, table, schema, _ in model_tables(systems)],
+        "folder": f"{RESULTS}/synthesis",
+        "variants": {system: variant_of(system) for system in systems},
+        "tables": model_tables(systems),
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
         "shared": SHARED_SETTINGS,
         "own": {name: value for name, value in OWN_SETTINGS.items() if name in systems},
@@ -110,11 +74,14 @@ def params_of(systems, apart):
     }
 
 
+# A job writes all that a system leaves of a record into one folder, and Snakemake is told of what other rules read:
+# each declared file costs as much planning as a tenth of a job.
 rule systems:
     input:
         **inputs_of(TOGETHER),
     output:
-        **outputs_of(TOGETHER),
+        phrases=[made_by(system, "phrases.parquet") for system in makers(PICTURED, "phrases") if system in TOGETHER],
+        planned=f"{RESULTS}/evaluation/planned/{{record}}.parquet",
     params:
         **params_of(TOGETHER, apart=False),
         actor=actor_of_fold,
@@ -133,7 +100,9 @@ for name in APART:
         input:
             **inputs_of([name, *SYSTEMS[name].controls]),
         output:
-            **outputs_of([name, *SYSTEMS[name].controls]),
+            made=[made_by(system, f"{SYSTEMS[system].makes}.parquet") for system in [name, *SYSTEMS[name].controls]],
+            decoding=[made_by(system, "decoding.parquet") for system in [name, *SYSTEMS[name].controls]],
+            planned=[],
         params:
             **params_of([name, *SYSTEMS[name].controls], apart=True),
             actor=actor_of_fold,
@@ -153,12 +122,12 @@ if SWEEP:
             gestures=training_gestures,
         output:
             **{name: [cluster_tables(setting)[name] for setting in SWEEP] for name in cluster_tables(MAIN)},
-            phrases=[made_by(system, "phrases.parquet", setting) for setting in SWEEP for system in SWEPT],
-            decoding=[made_by(system, "decoding.parquet", setting) for setting in SWEEP for system in SWEPT],
-            tables=[path for setting in SWEEP for _, _, _, path in model_tables(SWEPT, setting)],
+            planned=f"{RESULTS}/evaluation/swept/{{record}}.parquet",
         params:
             systems=SWEPT,
-            tables=[(system, table, schema) for system, table, schema, _ in model_tables(SWEPT)],
+            folder=f"{RESULTS}/synthesis",
+            variants=[{system: variant_of(system, setting) for system in SWEPT} for setting in SWEEP],
+            tables=model_tables(SWEPT),
             actor=actor_of_fold,
             records=records_of_fold,
             training=training_of_fold,

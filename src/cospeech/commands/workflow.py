@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cospeech.commands.parser import Parser
 
 TARGETS = {
+    "models": "systems trained on all of an actor's records, for 'cospeech synthesize'",
     "annotate": "annotations of all records for ELAN and Praat, to be corrected",
     "markers": "tracked markers and joint angles as TRC, C3D and BVH",
     "calibration": "camera calibration, also for Pose2Sim and caliscope",
@@ -112,7 +113,7 @@ def _cores(text: str) -> str:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the workflow as the command line says and return the exit status."""
-    elsewhere = {"--directory", "-d"} & set(arguments.snakemake)
+    elsewhere = any(argument.partition("=")[0] in ("--directory", "-d") for argument in arguments.snakemake)
     if not elsewhere and not os.access(Path.cwd(), os.W_OK):
         raise UserError(f"{Path.cwd()}: this folder is not writable; run the command where results may be written")
     options = []
@@ -164,7 +165,8 @@ def _snakemake(arguments: list[str]) -> int:
         interrupted = True
         signal.default_int_handler(number, frame)
 
-    signal.signal(signal.SIGINT, interrupt)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not where a shell made it ignored
+        signal.signal(signal.SIGINT, interrupt)
     from snakemake.cli import main
 
     try:

@@ -76,14 +76,15 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
 def differences(record_scores: pd.DataFrame, main: Mapping[str, str], settings: Bootstrap) -> pd.DataFrame:
     """Return the difference of every two systems, each in its main variant, paired by record.
 
-    Planned phrases are compared with planned ones, and phrases seen in motion with such. The difference is that of the
-    session scores over the records where both are defined; each bootstrap sample
-    draws the same records for both. ``better`` says that the whole interval lies on the measure's good side of 0;
+    Planned phrases are compared with planned ones, and phrases seen in motion with such. The difference is that of
+    the session scores over the records where both are defined; each bootstrap sample draws the same records for both.
+    ``better`` says that the whole interval lies on the measure's good side of 0;
     it is missing where there is no interval or the measure has no good side.
 
     Returns
     -------
-    Columns system, other, actor, phrases, measure, part, bin_s, difference (system - other), low, high, n (records), better.
+    Columns system, other, actor, phrases, measure, part, bin_s, difference (system - other), low, high, n (records)
+    and better.
     """
     at_setting = record_scores[record_scores["variant"] == record_scores["system"].map(main)]
     tables = []

@@ -1,4 +1,4 @@
-"""One actor's model under another actor's voice, next to the own actor's model (Özkul 2012, ch. 8; Sargin 2006, 4.4.3).
+"""One actor's model driven by another actor's voice (Özkul 2012, chapter 8; Sargin 2006, 4.4.3).
 
 There is no actual record to compare a transplant with. What can be said is how its phrases differ from those that the
 voice's own actor's model made for the same speech.

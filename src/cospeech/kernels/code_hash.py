@@ -1,7 +1,8 @@
-"""Which modules of the package a script rests on, and the hash of their text.
+"""Which modules of the package a script depends on, and the hash of their text.
 
-Snakemake sees a changed script but not a changed module that the script imports. Each rule therefore carries
-the content hash of its script's import closure as a parameter, and an edit reruns just what depends on it.
+Snakemake notices a changed script, but not a change in a module that the script imports. Each rule therefore has the
+hash of its script and of all modules that it imports as a parameter, so that an edit reruns what depends on it and
+nothing else. Imports are read from the text: no module is run.
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def closure(script: Path) -> tuple[Path, ...]:
-    """Return ``script`` and every module of the package that it imports, directly or not, sorted."""
+    """Return ``script`` and every module of the package that it imports, directly or indirectly, sorted."""
     found: set[Path] = set()
     open_paths = [script]
     while open_paths:
         path = open_paths.pop()
         if path not in found:
             found.add(path)
-            open_paths.extend(_imports(path))
+            open_paths.extend(imports(path))
     return tuple(sorted(found))
 
 
 def code_hash(script: Path) -> str:
-    """Return the hash of the text of everything in the closure of ``script``; it knows no absolute path."""
+    """Return the hash of the text of all files in the closure of ``script``; it does not depend on absolute paths."""
     digest = hashlib.sha256()
     for path in closure(script):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
@@ -63,7 +64,8 @@ def _package_files(name: str) -> tuple[Path, ...]:
 
 
 @functools.cache
-def _imports(path: Path) -> tuple[Path, ...]:
+def imports(path: Path) -> tuple[Path, ...]:
+    """Return the files of the package that the imports of ``path`` read, anywhere in it, sorted."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
         if isinstance(node, ast.Import):
@@ -75,7 +77,7 @@ def _imports(path: Path) -> tuple[Path, ...]:
 
 
 def _module(name: str) -> tuple[Path, ...]:
-    """Return the files that importing ``name`` reads inside the package: the module and its parents."""
+    """Return the files of the package that importing ``name`` reads: the module and its parent packages."""
     parts = name.split(".")
     if parts[0] != PACKAGE.name:
         return ()

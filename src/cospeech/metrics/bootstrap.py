@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import zlib
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 
 Counts = npt.NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def draws(strata: npt.ArrayLike, samples: int, seed: int, name: str) -> Counts:
     seed, name : the stream of random numbers; the same name draws the same samples.
     """
     stratum = np.asarray(strata)
-    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    rng = random_source(seed, name)
     counts = np.zeros((samples, len(stratum)))
     for actor in sorted(set(stratum.tolist())):
         members = np.flatnonzero(stratum == actor)

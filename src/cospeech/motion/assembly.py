@@ -15,7 +15,7 @@ import pandas as pd
 
 from cospeech.data.arrays import Floats
 from cospeech.geometry import rotation
-from cospeech.motion import skeleton, smoothing
+from cospeech.motion import euler, skeleton, smoothing
 from cospeech.motion.unit_selection import Templates
 
 SYNTHESISED = (*skeleton.ARM_JOINTS, "left_hand", "right_hand")
@@ -65,29 +65,13 @@ def join(units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFram
         first, end = spans.loc[(record, segment)]
         joined[start:stop] = stretch(recorded[record][first:end], stop - start)
         filled[start:stop] = True
-    return continuous(skeleton.euler(_bridge(joined, filled)))
+    return euler.follow(skeleton.euler(_bridge(joined, filled)))
 
 
 def _bridge(rotations: Floats, filled: npt.NDArray[np.bool_]) -> Floats:
     known = np.flatnonzero(filled)
     positions = np.interp(np.arange(len(filled)), known, np.arange(len(known)))
     return interpolate(rotations[known], positions)
-
-
-def continuous(angles_deg: Floats) -> Floats:
-    """Return the Euler angles (T, J, 3) of the same rotations that change least from each frame to the next.
-
-    Every rotation has two triples, (x, y, z) and (x + 180, y + 180, 180 - z), each up to full turns.
-    """
-    result = angles_deg.copy()
-    other = np.stack([angles_deg[..., 0] + 180, angles_deg[..., 1] + 180, 180 - angles_deg[..., 2]], axis=-1)
-    for frame in range(1, len(result)):
-        last = result[frame - 1]
-        near = angles_deg[frame] - 360 * np.round((angles_deg[frame] - last) / 360)
-        far = other[frame] - 360 * np.round((other[frame] - last) / 360)
-        nearer = np.abs(near - last).sum(axis=-1) <= np.abs(far - last).sum(axis=-1)
-        result[frame] = np.where(nearer[:, None], near, far)
-    return result
 
 
 def boundaries(units: pd.DataFrame) -> npt.NDArray[np.int64]:

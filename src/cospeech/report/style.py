@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cospeech.data import palette, tables
+from cospeech.data import tables, vocabulary
 
 matplotlib.use("Agg")
 
@@ -64,7 +64,7 @@ _RC: dict[str, Any] = {
 
 def gesture_colours(labels: Iterable[str]) -> dict[str, str]:
     """Return the colour of each gesture, the same in every figure and video."""
-    return {label: palette.gesture_colour(label) for label in labels}
+    return {label: vocabulary.gesture_colour(label) for label in labels}
 
 
 def system_colours(names: Iterable[str]) -> dict[str, str]:

@@ -6,7 +6,6 @@ each gesture: exactly the model that the synthesis room estimates, so that an es
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +14,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats
-from cospeech.data.segments import GESTURES
+from cospeech.data.rng import random_source
+from cospeech.data.vocabulary import GESTURES
 from cospeech.errors import UserError
 from cospeech.studio.patterns import NAMES, PAUSE
 
@@ -45,7 +45,7 @@ class Member:
     ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
     durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) holds the
     distribution of prosody patterns in a gesture phrase whose speech is coupled to it. Gestures are in the order of
-    ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
+    ``vocabulary.GESTURES``, patterns in that of ``patterns.NAMES``.
     """
 
     actor: str
@@ -71,11 +71,6 @@ class Member:
         return (1.0 - coupling) * self.marginal() + coupling * self.coupled
 
 
-def generator(seed: int, *names: str) -> np.random.Generator:
-    """Return the random generator that belongs to ``names``, whatever else is drawn."""
-    return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
-
-
 def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Member:
     """Return the cast member called ``actor``.
 
@@ -94,7 +89,7 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
             f"config: synthesis.max_duration_s is {max_duration_s} s, but the studio's gesture phrases last "
             f"{SHORTEST_S} to {LONGEST_S} s; allow at least {2 * SHORTEST_S} s"
         )
-    draw = generator(seed, "cast", actor)
+    draw = random_source(seed, "cast", actor)
     taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * draw.gamma(16.0, 1 / 16.0, len(GESTURES))
     return Member(
         actor=actor,

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
-from cospeech.studio.cast import generator
+from cospeech.data.rng import random_source
 
 Place = tuple[float, float, float]
 
@@ -94,7 +94,7 @@ class Style:
 
 def style(actor: str, seed: int) -> Style:
     """Return the style of ``actor``, drawn once."""
-    draw = generator(seed, "style", actor)
+    draw = random_source(seed, "style", actor)
     return Style(
         size=draw.uniform(0.85, 1.15),
         height_m=draw.uniform(-0.02, 0.04),

@@ -5,12 +5,11 @@ The centre of the ball is what a tracker should find.
 
 from __future__ import annotations
 
-import zlib
-
 import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 from cospeech.motion import skeleton
 from cospeech.motion.markers import MARKERS, NAMES
 
@@ -42,7 +41,7 @@ SPREAD_M = 0.004
 
 def places(actor: str, seed: int) -> Floats:
     """Return where the markers sit on ``actor``, (15, 3) in the frames of their joints, metres."""
-    draw = np.random.default_rng([seed, zlib.crc32(actor.encode())])
+    draw = random_source(seed, actor)
     return np.array([PLACE_M[name] for name in NAMES]) + draw.normal(0.0, SPREAD_M, (len(NAMES), 3))
 
 

@@ -22,8 +22,8 @@ import pandas as pd
 from scipy.special import ndtr
 
 from cospeech.data.arrays import Flags, Floats
+from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
-from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, course
 
 WINDOW_S = 0.05
@@ -54,7 +54,7 @@ def features(
     base_hz : base pitch of the speaker.
     voiced_gain : gain above which a frame counts for the mean lag (Özkul 2012, 4.2).
     """
-    draw = generator(seed, "features", record)
+    draw = random_source(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
     pitch_st, intensity_db = course(prosody, times_s)

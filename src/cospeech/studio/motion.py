@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
 from cospeech.motion import skeleton
 from cospeech.motion.skeleton import JOINTS, OFFSET_M
-from cospeech.studio.cast import generator
 from cospeech.studio.choreography import SIDES, Style, style, tracks
 from cospeech.studio.limbs import reach
 from cospeech.studio.patterns import PATTERNS
@@ -37,7 +37,7 @@ def perform(
     gestures, prosody : the segment tables of the record in the script.
     fps : frames a second of the motion.
     """
-    draw = generator(seed, "motion", record)
+    draw = random_source(seed, "motion", record)
     manner = style(actor, seed)
     duration_s = float(gestures["end_s"].iloc[-1])
     times_s = frame_times(round(duration_s * fps), fps)
@@ -56,7 +56,7 @@ def perform(
 def sensed(motion: pd.DataFrame, noise_deg: float, record: str, seed: int) -> pd.DataFrame:
     """Return the motion as a capture would deliver it: with white noise on every joint angle."""
     columns = skeleton.angle_columns()
-    noise = generator(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
+    noise = random_source(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
     return motion.assign(**{column: motion[column] + noise[:, k] for k, column in enumerate(columns)})
 
 

@@ -17,6 +17,9 @@ Need = Literal["gestures", "prosody_labels", "prosody", "motion", "truth"]
 Output = Literal["phrases", "motion"]
 
 ROLES: tuple[Role, ...] = get_args(Role)
+RESERVED = ("phrases", "phrases_seen", "motion", "units", "decoding", "gestures", "prosody_model")
+"""Tables that stand next to those of a model, so that a model cannot use their names."""
+
 WRONG_SPEECH: dict[Drive, str] = {
     "shuffled": "another record's speech",
     "shifted": "own speech, shifted",
@@ -83,6 +86,9 @@ class System:
         for need in self.needs:
             if need not in get_args(Need):
                 raise ValueError(f"declares that it needs {need!r}; known are {', '.join(get_args(Need))}")
+        taken = [name for name in self.tables if name in RESERVED]
+        if taken:
+            raise ValueError(f"declares a table {taken[0]!r} of its model; that name is taken, use another")
         if not (isinstance(self.method, str) and self.method):
             raise ValueError("declares no method; give the import path of the module that trains and synthesises")
         if not self.decoder:

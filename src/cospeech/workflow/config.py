@@ -13,12 +13,10 @@ from typing import Any, NamedTuple
 import yaml
 
 from cospeech.data.tables import schema_folder
+from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
 from cospeech.workflow import project
-
-SCENARIOS = ("memory", "documentary", "fairy_tale", "watch_and_tell")
-"""The monologue and watching scenarios of Özkul 2012, 3.2, that the studio's records take in turn."""
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
@@ -106,7 +104,7 @@ def _explain(error: Any) -> str:
 def _impossible(config: Config) -> list[str]:
     """Return what no schema can see: values that contradict one another."""
     problems = []
-    speech, evaluation, animation = config["speech"], config["evaluation"], config["animation"]
+    speech, evaluation = config["speech"], config["evaluation"]
     if speech["pitch_min_hz"] >= speech["pitch_max_hz"]:
         problems.append("speech: pitch_min_hz must be below pitch_max_hz")
     if speech["window_s"] < speech["frame_s"]:
@@ -145,16 +143,22 @@ def _impossible(config: Config) -> list[str]:
     return problems
 
 
-def check_systems(config: Config, systems: Mapping[str, Any]) -> None:
+def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[str]) -> None:
     """Raise UserError where the configuration shows a system that it does not run, or too few to compare.
 
     Parameters
     ----------
     systems : the systems of the run by name, as the registry returns them.
+    brings : what the records bring.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
     if not any(system.role == "system" for system in systems.values()):
         raise UserError("config: synthesis.systems chooses no system that listens to speech; name at least one")
+    for name, system in systems.items():
+        if system.makes == "motion" and "motion" not in brings:
+            raise UserError(
+                f"config: synthesis.systems: '{name}' makes motion, but the records bring none; set it to false"
+            )
     for name in animation["systems"]:
         if name not in systems:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")

@@ -10,7 +10,7 @@ SYSTEMS = (
         source="Özkul 2012, 7.2",
         role="control",
         needs=("gestures",),
-        tables={"phrases": "segments"},
+        tables={"pool": "segments"},
         order=10,
     ),
     System(
@@ -19,7 +19,7 @@ SYSTEMS = (
         method="cospeech.synthesis.controls.clock",
         role="control",
         needs=("gestures",),
-        tables={"phrases": "segments"},
+        tables={"pool": "segments"},
         order=30,
     ),
     System(
@@ -28,7 +28,7 @@ SYSTEMS = (
         method="cospeech.synthesis.controls.majority",
         role="control",
         needs=("gestures",),
-        tables={"phrases": "segments"},
+        tables={"pool": "segments"},
         order=40,
     ),
     System(
@@ -37,7 +37,7 @@ SYSTEMS = (
         method="cospeech.synthesis.controls.another",
         role="ceiling",
         needs=("gestures",),
-        tables={"phrases": "segments", "order": "record_order"},
+        tables={"pool": "segments", "order": "record_order"},
         order=10,
     ),
 )

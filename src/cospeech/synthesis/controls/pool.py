@@ -20,11 +20,9 @@ def train(training: Training, settings: Mapping[str, Any]) -> Pool:
 
 def to_tables(model: Pool) -> dict[str, pd.DataFrame]:
     """Return the phrases as one segment table."""
-    return {"phrases": pd.concat(model.values(), ignore_index=True)}
+    return {"pool": pd.concat(model.values(), ignore_index=True)}
 
 
 def from_tables(tables: Mapping[str, pd.DataFrame]) -> Pool:
     """Return the phrases of a segment table by record."""
-    return {
-        str(name): table.reset_index(drop=True) for name, table in tables["phrases"].groupby("record", sort=False)
-    }
+    return {str(name): table.reset_index(drop=True) for name, table in tables["pool"].groupby("record", sort=False)}

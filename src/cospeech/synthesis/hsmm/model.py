@@ -1,4 +1,4 @@
-"""The model that the HSMM systems share: counted probabilities, and an emission weight chosen in the training records.
+"""The model that the HSMM systems share: counted probabilities, and a weight of the emissions.
 
 The printed decoder counts a prosody label once per frame although the label holds for a whole intonation phrase, and
 so cuts gestures into pieces. An exponent on the emissions (Sargin 2006, eq. 4.18) mends that.

@@ -1,11 +1,11 @@
-"""Time HSMM decoding against the bare inner maximisation over all candidates, in one run: python bench/semi.py
+"""Compare the time of HSMM decoding with that of its inner maximisation alone: python bench/hsmm.py
 
 Seven states, 400 duration bins, eight symbols. The candidates are all (end frame, state, duration): T x 7 x 400 sums
-of two numbers, of which each end frame and state wants the largest. *Bare* does only that, for offers that are all
-known beforehand, in the two ways there are: end frames as lanes (the fastest that we know), and a loop over durations
-for one end frame. A decoder finds its offers on the way, adds emissions and transitions, and traces back. All take
-turns, and the best and the median of the rounds are compared. *Dense* durations all differ; *counted* ones, as of 20
-phrases a state, are the floor but for few.
+of two numbers, of which the largest is needed for each end frame and state. *Bare* does only that, with all offers
+known beforehand, in two ways: vectorised over end frames (the fastest way we know), and with a loop over the
+durations of one end frame. The decoder computes the offers on its way, adds emissions and transitions, and traces
+back. The tasks take turns, and both the best and the median of their times are compared. *Dense* durations all
+differ; *counted* ones, as from 20 segments per state, mostly equal the floor.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from cospeech.markov import hsmm, hsmm_kernels
 from cospeech.markov.hsmm_kernels import BLOCK
 
 STATES, BINS, SYMBOLS = 7, 400, 8
-LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frames a second
+LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes and 2 hours at 40 frames per second
 GOAL = 2.0
 
 
 @njit
 def bare_lanes(offer, durations, ending):
-    """Push known offers as ``best_scores`` does, and nothing else."""
+    """Push known offers as ``best_scores`` does."""
     n_states, n_frames = ending.shape
     n_bins = durations.shape[1] - BLOCK
     for first in range(0, n_frames - n_bins - 2 * BLOCK, BLOCK):
@@ -39,7 +39,7 @@ def bare_lanes(offer, durations, ending):
 
 @njit
 def bare_loop(offer, durations, ending):
-    """For each end frame and state loop over the durations, as eq. 5.9 is written."""
+    """Loop over the durations of each end frame and state, as eq. 5.9 is written."""
     n_states, n_frames = ending.shape
     n_bins = durations.shape[1] - BLOCK
     for t in range(1, n_frames - n_bins - 2 * BLOCK):
@@ -51,7 +51,7 @@ def bare_loop(offer, durations, ending):
 
 
 def best_of(task: Callable[[], object], runs: int) -> float:
-    """Return the shortest of several times in milliseconds of the processor's time."""
+    """Return the shortest processor time of several runs, in milliseconds."""
     times = []
     for _ in range(runs):
         begin = time.process_time()
@@ -60,9 +60,9 @@ def best_of(task: Callable[[], object], runs: int) -> float:
     return 1000 * min(times)
 
 
-def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> hsmm.SemiMarkov:
-    """Return a model with these durations (S, D), floored."""
-    drawn = hsmm.SemiMarkov(
+def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> hsmm.HSMM:
+    """Return a floored model with durations (S, D)."""
+    drawn = hsmm.HSMM(
         states=tuple(f"g{i}" for i in range(1, STATES + 1)),
         symbols=tuple(f"p{k}" for k in range(1, SYMBOLS + 1)),
         initial=rng.dirichlet(np.ones(STATES)),
@@ -73,8 +73,8 @@ def model(rng: np.random.Generator, durations: npt.NDArray[np.float64]) -> hsmm.
     return hsmm.floored(drawn, 1e-6)
 
 
-def compare(kind: str, planted: hsmm.SemiMarkov, n_frames: int, rng: np.random.Generator) -> None:
-    """Time all ways on a record of so many frames and print the line."""
+def compare(kind: str, planted: hsmm.HSMM, n_frames: int, rng: np.random.Generator) -> None:
+    """Time all tasks on a sequence of ``n_frames`` and print one line."""
     held = rng.integers(16, 61, size=n_frames // 16)
     symbols = np.repeat(rng.integers(SYMBOLS, size=len(held)), held)[:n_frames]
     observed = np.array(planted.symbols, dtype=object)[symbols]
@@ -90,9 +90,9 @@ def compare(kind: str, planted: hsmm.SemiMarkov, n_frames: int, rng: np.random.G
         "sample": lambda observed=observed: hsmm.sample(planted, observed, np.random.default_rng(1), 0.25),
     }
     for task in tasks.values():
-        task()  # compile, or load what was compiled
+        task()  # compile the kernels, or load them from the cache
     took: dict[str, list[float]] = {name: [] for name in tasks}
-    for _ in range(7):  # in turn, so that all meet the same neighbours on the machine
+    for _ in range(7):  # in turn, so that the load of the machine affects all alike
         for name, task in tasks.items():
             took[name].append(best_of(task, 1 if n_frames > 100_000 else 3))
     best, median = ({name: of(times) for name, times in took.items()} for of in (min, np.median))
@@ -109,7 +109,7 @@ def compare(kind: str, planted: hsmm.SemiMarkov, n_frames: int, rng: np.random.G
 
 
 def main() -> None:
-    """Print a line for each kind of durations and length: times, ratios, memory."""
+    """Print times, ratios and memory for each kind of durations and each length."""
     rng = np.random.default_rng(0)
     counted = np.zeros((STATES, BINS))
     for lengths in counted:
