@@ -22,8 +22,8 @@ def row(
 ):  # fmt: skip
     return {
         "system": system, "variant": variant, "actor": actor, "record": record, "phrases": phrases,
-        "measure": measure, "part": part, "gesture": gesture, "bin_s": bin_s, "value": value, "n_actual": 3, "n_synthesised": 3,
-        "duration_s": duration_s,
+        "measure": measure, "part": part, "gesture": gesture, "bin_s": bin_s, "value": value,
+        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s,
     }  # fmt: skip
 
 
