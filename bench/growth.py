@@ -85,7 +85,7 @@ def planning() -> dict[str, tuple[int, Took]]:
         "ours": snakemake(paths["ours"], SCORES, *quiet),
         "bare": snakemake(paths["bare"], *quiet, snakefile=snakefile),
     }
-    said = {name: (path / "said.log").read_text() for name, path in paths.items()}
+    said = {name: (path / "snakemake.log").read_text() for name, path in paths.items()}
     return {name: (int(re.search(r"^total +(\d+)", said[name], re.MULTILINE).group(1)), took[name]) for name in paths}
 
 
