@@ -12,7 +12,8 @@ from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.errors import UserError
-from cospeech.synthesis import systems
+from cospeech.data.vocabulary import prosody_labels
+from cospeech.synthesis.registry import registered
 
 min_version("9.0")
 
@@ -33,6 +34,9 @@ try:
     RECORDS = configuration.records(config, RESULTS)
     BRINGS = configuration.brings(RECORDS)
     TAKES = configuration.takes(config, RECORDS, RESULTS)
+    CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
+    configuration.check_systems(config, CHOSEN.systems, BRINGS)
+    TRANSPLANTS = configuration.transplants(config, RECORDS)
     OWN_TAKE = configuration.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
@@ -46,7 +50,7 @@ VIEWS = list(configuration.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
 MAIN = configuration.main_setting(config)
 SWEEP = configuration.sweep_settings(config)
-SYSTEMS = systems(studio=VIRTUAL)
+SYSTEMS = CHOSEN.systems
 
 
 def one_of(names):
@@ -71,6 +75,7 @@ include: "workflow/rules/calibration.smk"
 # Without records a run calibrates a rig, and nothing else.
 if RECORDS:
 
+    include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
     include: "workflow/rules/corpus.smk"
@@ -78,6 +83,7 @@ if RECORDS:
     include: "workflow/rules/segmentation.smk"
     include: "workflow/rules/synthesis.smk"
     include: "workflow/rules/rendering.smk"
+    include: "workflow/rules/models.smk"
     include: "workflow/rules/evaluation.smk"
     include: "workflow/rules/report.smk"
     include: "workflow/rules/report_capture.smk"
@@ -90,6 +96,7 @@ localrules:
     markers,
     calibration,
     quality,
+    models,
     verify,
 
 
@@ -116,6 +123,13 @@ rule markers:
             record=[record for record in RECORDS if record in TAKES],
             format=["trc", "c3d", "bvh"],
         ),
+
+
+rule models:
+    input:
+        [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
+        if BRINGS >= {"motion", "audio"}
+        else [],
 
 
 rule calibration:
@@ -156,7 +170,7 @@ onstart:
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.tell(f"cospeech: {told}")
+        progress.write_line(f"cospeech: {told}")
 
 
 onsuccess:
@@ -173,4 +187,4 @@ onsuccess:
 
 onerror:
     for line in mistakes(since=STARTED):
-        progress.tell(f"cospeech: {line}")
+        progress.write_line(f"cospeech: {line}")

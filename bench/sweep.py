@@ -37,7 +37,7 @@ def main() -> None:
     ours = snakemake(folder, f"results/{RUN}/evaluation/session_scores.parquet")
 
     training = [tables.read(results / f"speech/{record}/prosody.parquet", "prosody") for record in FOLDS[1:RECORDS]]
-    sequences = [labelled_hmm.frames_of(table, prosody.FEATURES) for table in training]
+    sequences = [labelled_hmm.feature_matrix(table, prosody.FEATURES) for table in training]
     frames, lengths = np.concatenate(sequences), [len(sequence) for sequence in sequences]
     theirs_s = kernel_s = 0.0
     for clusters in CLUSTERS:

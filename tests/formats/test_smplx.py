@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cospeech.corpus import motion
-from cospeech.corpus.retarget import Declaration
+from cospeech.corpus.retarget import MotionConventions
 from cospeech.errors import UserError
 from cospeech.formats import smplx
 from cospeech.motion import skeleton
 
 BEAT2 = Path(__file__).parents[3] / "shared/data/beat2_scott/2_scott_0_1_1.npz"
-DECLARED = Declaration("y", "m", "smplx", "t_pose")
+DECLARED = MotionConventions("y", "m", "smplx", "t_pose")
 
 
 def arrays(n_frames=8):
@@ -121,7 +121,7 @@ def test_a_corrupt_archive_is_read_or_rejected_and_nothing_else(tmp_path_factory
 
 def test_a_zero_pose_other_than_its_own_is_rejected(tmp_path):
     with pytest.raises(UserError, match=r"set corpus\.motion\.zero to t_pose"):
-        motion.read(save(tmp_path / "a.npz"), Declaration("y", "m", "smplx", "hanging"))
+        motion.read(save(tmp_path / "a.npz"), MotionConventions("y", "m", "smplx", "hanging"))
 
 
 @pytest.mark.recorded

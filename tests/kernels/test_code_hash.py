@@ -27,6 +27,8 @@ def test_closure_follows_imports_through_modules(tmp_path):
         "kernels/__init__.py",
         "kernels/code_hash.py",
         "kernels/numba_cache.py",
+        "workflow/__init__.py",
+        "workflow/project.py",
     }
 
 

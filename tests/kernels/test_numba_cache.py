@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -73,6 +74,20 @@ def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path):
     assert output(package, folder) == before
     write(package, 2)
     assert output(package, folder) != before
+
+
+def test_a_read_only_package_keeps_its_kernels_in_the_users_cache(tmp_path):
+    package, cache = tmp_path / "cospeech", tmp_path / "cache"
+    write(package, 1)
+    (package / "__pycache__").touch()  # a file in place of the folder: unlike permissions, it stops even root
+    twice = "import os; from cospeech import caller; print(caller.twice(), os.environ['NUMBA_CACHE_DIR'])"
+    value, folder = told(package, twice, XDG_CACHE_HOME=str(cache)).split()
+    assert value == "2"
+    assert list(cache.glob("cospeech/*/compiled-*")) == [Path(folder)]
+    assert {path.suffix for path in Path(folder).rglob("*") if path.is_file()} == {".nbi", ".nbc"}
+    write(package, 5)
+    assert told(package, twice, XDG_CACHE_HOME=str(cache)).split()[0] == "10"
+    assert not Path(folder).exists()
 
 
 def test_a_kernel_does_not_load_linear_algebra_and_does_not_hide_it(tmp_path):

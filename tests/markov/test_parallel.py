@@ -115,6 +115,7 @@ def test_counts_of_a_sequence_longer_than_what_is_kept_equal_the_exact_ones():
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning:hmmlearn.utils")
 def test_one_update_equals_hmmlearn_s():
     # One branch is a ring, which hmmlearn can express; here its means and variances have no prior.
     rng = np.random.default_rng(3)

@@ -7,7 +7,7 @@ import warnings
 import pytest
 from plausible import ROOT
 
-from cospeech.report import captions
+from cospeech.report.page import captions
 
 FILES = sorted((ROOT / "reports/template/captions").glob("*.rst"))
 

@@ -25,6 +25,7 @@ import pyarrow.parquet as pq
 import yaml
 
 from cospeech.errors import UserError
+from cospeech.workflow import project
 
 ARROW_TYPES = {
     "string": pa.string(),
@@ -79,9 +80,8 @@ class Schema:
 
 
 def schema_folder() -> Path:
-    """Return the folder of the schemas, in the installed package or else at the root of the repository."""
-    installed = Path(__file__).parents[1] / "data_schema"
-    return installed if installed.is_dir() else Path(__file__).parents[3] / "data_schema"
+    """Return the folder of the schemas."""
+    return project.root() / "data_schema"
 
 
 @functools.cache

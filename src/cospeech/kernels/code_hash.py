@@ -10,6 +10,8 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
@@ -33,6 +35,32 @@ def code_hash(script: Path) -> str:
     for path in closure(script):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
+
+
+def modules_hash(modules: Sequence[str]) -> str:
+    """Return the hash of modules that a script imports by name only when it runs, and of all that they import.
+
+    Of a module of another package, every file of its package counts.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(set(modules)):
+        top = name.split(".")[0]
+        for path in _module(name) if top == PACKAGE.name else _package_files(top):
+            known = closure(path) if path.suffix == ".py" and top == PACKAGE.name else (path,)
+            for one in known:
+                digest.update(one.name.encode() + b"\0" + one.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _package_files(name: str) -> tuple[Path, ...]:
+    """Return the files of another package, or the one file of a single module; none where it is not installed."""
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin is None:
+        return ()
+    if spec.submodule_search_locations is None:
+        return (Path(spec.origin),)
+    files = (path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*"))
+    return tuple(sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts))
 
 
 @functools.cache

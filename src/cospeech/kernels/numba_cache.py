@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+from pathlib import Path
 
 from cospeech.kernels.code_hash import PACKAGE, closure
 
@@ -21,11 +22,24 @@ def keep_apart() -> None:
     Child processes inherit the setting.
     """
     if FOLDER not in os.environ:
-        kept = PACKAGE / "__pycache__" / f"compiled-{state()}"
+        kept = place() / f"compiled-{state()}"
         if not kept.is_dir():
             for old in kept.parent.glob("compiled-*"):
                 shutil.rmtree(old, ignore_errors=True)
         os.environ[FOLDER] = str(kept)
+
+
+def place() -> Path:
+    """Return the folder that holds the compiled kernels: within the package or, if that is read-only, the user's.
+
+    Several installations may share a user, so each has a folder of its own there.
+    """
+    inside = PACKAGE / "__pycache__"
+    nearest = inside if inside.exists() else PACKAGE
+    if nearest.is_dir() and os.access(nearest, os.W_OK):
+        return inside
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return caches / "cospeech" / hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:16]
 
 
 def state() -> str:

@@ -105,6 +105,16 @@ def motion_table(root_m: Floats, angles_deg: Floats, fps: float) -> pd.DataFrame
     return table
 
 
+def columns() -> list[str]:
+    """Return the names of all columns of a motion table."""
+    return ["frame", "time_s", *ROOT_COLUMNS, *angle_columns()]
+
+
+def standing(n_frames: int, fps: float) -> pd.DataFrame:
+    """Return the motion table of a body that stands upright with hanging arms and does not move."""
+    return motion_table(np.zeros((n_frames, 3)), np.zeros((n_frames, len(JOINTS), 3)), fps)
+
+
 def frame_rate(motion: pd.DataFrame) -> float:
     """Return the frame rate of a motion table in frames per second, from the time of its first frame."""
     return round(0.5 / float(motion["time_s"].iloc[0]), 6)

@@ -6,6 +6,7 @@ import csv
 import difflib
 import re
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from cospeech.data.tables import schema_folder
 from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
+from cospeech.workflow import project
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
@@ -49,10 +51,22 @@ class Setting(NamedTuple):
         """The part of an artifact's path that names the setting."""
         return f"clusters~{self.clusters}/states~{self.states}"
 
+    @property
+    def variant(self) -> str:
+        """The variant, at this setting, of a system that listens to prosody clusters."""
+        return f"clusters~{self.clusters},states~{self.states}"
+
 
 def in_order(config: Config) -> Config:
     """Return the configuration with its keys sorted at every level: how a file orders them must not rerun a job."""
     return {key: in_order(value) if isinstance(value, dict) else value for key, value in sorted(config.items())}
+
+
+def defaults() -> Config:
+    """Return the settings of the demo, which every other configuration is laid over."""
+    text = (project.root() / "config" / "demo.yaml").read_text(encoding="utf-8")
+    settings: Config = yaml.safe_load(text)
+    return settings
 
 
 def check(config: Config) -> None:
@@ -90,17 +104,13 @@ def _explain(error: Any) -> str:
 def _impossible(config: Config) -> list[str]:
     """Return what no schema can see: values that contradict one another."""
     problems = []
-    speech, evaluation, animation = config["speech"], config["evaluation"], config["animation"]
+    speech, evaluation = config["speech"], config["evaluation"]
     if speech["pitch_min_hz"] >= speech["pitch_max_hz"]:
         problems.append("speech: pitch_min_hz must be below pitch_max_hz")
     if speech["window_s"] < speech["frame_s"]:
         problems.append("speech: window_s must be at least frame_s, or samples go unseen")
     if config["synthesis"]["max_duration_s"] < 2 * speech["frame_s"]:
         problems.append("synthesis.max_duration_s must span at least two prosody frames (speech.frame_s)")
-    if animation["video"]["shown"] not in animation["systems"]:
-        problems.append(f"animation.video.shown '{animation['video']['shown']}' is not in animation.systems")
-    if "random" not in animation["systems"]:
-        problems.append("animation.systems must contain 'random', which every comparison shows")
     if "rest" not in config["phrases"]["gesture"]["labels"]:
         problems.append("phrases.gesture.labels must contain 'rest', the class that clustering starts from")
     if len(config["run"]) > 60:
@@ -131,6 +141,53 @@ def _impossible(config: Config) -> list[str]:
         if config["studio"]["film"] and not config["studio"]["sound"]:
             problems.append("studio.film needs studio.sound: without it, records are features and nobody moves")
     return problems
+
+
+def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[str]) -> None:
+    """Raise UserError where the configuration shows a system that it does not run, or too few to compare.
+
+    Parameters
+    ----------
+    systems : the systems of the run by name, as the registry returns them.
+    brings : what the records bring.
+    """
+    animation, shown = config["animation"], config["animation"]["video"]["shown"]
+    if not any(system.role == "system" for system in systems.values()):
+        raise UserError("config: synthesis.systems chooses no system that listens to speech; name at least one")
+    for name, system in systems.items():
+        if system.makes == "motion" and "motion" not in brings:
+            raise UserError(
+                f"config: synthesis.systems: '{name}' makes motion, but the records bring none; set it to false"
+            )
+    for name in animation["systems"]:
+        if name not in systems:
+            raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
+    for name in [shown] if isinstance(shown, str) else shown:
+        if name not in systems or not (name in animation["systems"] or systems[name].makes == "motion"):
+            raise UserError(f"config: animation.video.shown: '{name}' is not in animation.systems")
+    if not any(systems[name].role == "control" for name in animation["systems"]):
+        raise UserError("config: animation.systems must contain a control, which every comparison shows")
+
+
+def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str, str]]:
+    """Return the pairs of an actor whose model moves and a record whose voice drives it.
+
+    Raises
+    ------
+    UserError : where a pair names an unknown actor or record.
+    """
+    actors = list(dict.fromkeys(record["actor"] for record in listed.values()))
+    pairs = config["transplant"]["pairs"]
+    if pairs == "auto":
+        return [(actors[1], next(iter(listed)))] if len(actors) > 1 else []
+    for pair in pairs:
+        for key, known in (("model", actors), ("voice", list(listed))):
+            if pair[key] not in known:
+                kind = "actor" if key == "model" else "record"
+                raise UserError(
+                    f"config: transplant.pairs: no {kind} is called '{pair[key]}'; there are {', '.join(known)}"
+                )
+    return [(pair["model"], pair["voice"]) for pair in pairs]
 
 
 def _impossible_calibration(calibration: Config) -> list[str]:
