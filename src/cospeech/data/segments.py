@@ -12,7 +12,6 @@ import pandas as pd
 
 from cospeech.data.arrays import Labels
 from cospeech.data.vocabulary import GESTURES as GESTURES
-from cospeech.data.vocabulary import prosody_labels as prosody_labels
 from cospeech.errors import UserError
 
 Spans = list[tuple[float, float, str]]
