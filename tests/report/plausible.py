@@ -9,7 +9,7 @@ import pandas as pd
 import yaml
 
 from cospeech.capture import accuracy
-from cospeech.capture.fitting import observability as told
+from cospeech.capture.fitting import observability as measured
 from cospeech.data import segments, trajectories, vocabulary
 from cospeech.evaluation import scores, sessions
 from cospeech.geometry import camera
@@ -264,7 +264,7 @@ def observability() -> pd.DataFrame:
     rows = [
         (joint, axis, state, 0.0 if state == "locked" else 0.75, "as it is")
         for joint in skeleton.JOINTS
-        for axis, state in zip("xyz", told.AXES[joint.rpartition("_")[2]][:3], strict=True)
+        for axis, state in zip("xyz", measured.AXES[joint.rpartition("_")[2]][:3], strict=True)
     ]
     return pd.DataFrame(rows, columns=["joint", "axis", "state", "share", "reason"])
 

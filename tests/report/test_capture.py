@@ -1,4 +1,4 @@
-"""What capture found beside its goals, and the quality sheet of a record."""
+"""Errors of capture next to their goals, and the quality sheet of a record."""
 
 import pandas as pd
 import plausible
@@ -22,7 +22,7 @@ def test_a_goal_is_met_when_the_worst_record_meets_it():
     assert found.index.tolist().index(("seen_mm", "robust")) < found.index.tolist().index(("seen_mm", "thesis"))
 
 
-def test_full_size_pictures_have_goals_of_their_own():
+def test_full_size_pictures_have_their_own_goals():
     goals = {
         full_size: capture.summary(plausible.capture_scores(), full_size, "robust").set_index("quantity")["goal"]
         for full_size in (False, True)
@@ -52,7 +52,7 @@ def test_a_change_that_may_be_chance_is_neither_met_nor_missed(change, low, high
     assert capture.experiment(effect, 0.5, TITLES)["met"].tolist() == [met] * 3
 
 
-def test_both_sides_are_one_row_of_what_the_markers_tell():
+def test_both_sides_of_the_body_share_a_row():
     one = plausible.observability()
     other = one.assign(share=one["share"] / 3)
     found = capture.observability(RUN, pd.concat([one, other], ignore_index=True)).numbers

@@ -25,7 +25,7 @@ from cospeech.report.exhibits import (
     timeline,
     transplant,
 )
-from cospeech.report.page import videos
+from cospeech.report.page import content, videos
 
 RUN_OF_TWO = dataclasses.replace(RUN, actors={"r1": "x", "r2": "y"})
 
@@ -215,6 +215,22 @@ def test_a_transplant_is_next_to_the_own_model():
     rows = transplant.table(RUN, drawn.numbers).rows
     assert [row[1] for row in rows] == ["ada, own model", "deniz, transplant"]
     assert [row[-1] for row in rows] == ["", "0.27"]
+
+
+def test_a_system_that_failed_leaves_the_others_as_they_are():
+    """It has neither phrases nor scores, and its decoding says why."""
+    actual = plausible.actual_phrases()["ada_1"]
+    drawn = phrases.frequencies(RUN, actual, {"hsmm": actual, "nodding": actual.iloc[:0]}, list(plausible.GESTURES))
+    plt.close(drawn.figure)
+    by_sequence = drawn.numbers.groupby("sequence")["phrases"].sum()
+    assert by_sequence["nodding"] == 0
+    assert by_sequence["hsmm"] == by_sequence["actual"] == len(actual)
+    strips = timeline.strips(plausible.clusters("ada_1", np.random.default_rng(1)), {"nodding": actual.iloc[:0]})
+    assert set(strips["strip"]) == {"prosody clusters"}
+    decoding = pd.DataFrame({"record": ["a", "b", "c"], "failure": [None, "too few frames", "no frames"]})
+    assert content.failures({"nodding": decoding, "hsmm": decoding.assign(failure=None)}) == [
+        ("nodding", "too few frames (2 of 3 records)")
+    ]
 
 
 def test_a_picture_becomes_an_svg_of_its_own_size(tables_of_a_run):

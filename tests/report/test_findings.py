@@ -78,7 +78,7 @@ def test_boundaries_are_better_where_distances_are_smaller():
     assert "are further" in first(clear, (good, bad)).claim
 
 
-def test_differences_of_fewer_than_four_records_are_left_unsaid():
+def test_fewer_than_four_records_decide_nothing():
     clear = pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3), difference("shifted", "kappa", 0.2, 0.4)])
     for n_records, silent in ((3, True), (4, False)):
         found = findings.findings(SCORES.assign(n_records=n_records), clear, SYSTEMS, 0.8313)
@@ -93,21 +93,50 @@ ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0
 
 @given(ENDS, ENDS, ENDS, ENDS)
 @settings(max_examples=40, deadline=None)
-def test_better_is_never_said_of_an_interval_with_zero(one, two, near, far):
+def test_an_interval_with_zero_is_never_called_better(one, two, near, far):
     claim = first((one, two), (near, far)).claim
     named = {"another record's speech": one, "its own speech, shifted": two}
-    told = claim.split("but cannot")[0]
-    for heard, (low, high) in named.items():
-        if "better than" in told and heard in told:
+    decided = claim.split("but cannot")[0]
+    for speech, (low, high) in named.items():
+        if "better than" in decided and speech in decided:
             assert low > 0
-        if "worse than" in told and heard in told:
+        if "worse than" in decided and speech in decided:
             assert high < 0
     if "are closer to the actual ones" in claim:
         assert near[1] < 0
         assert far[1] < 0
 
 
-def test_silence_is_called_what_it_is():
+def test_a_system_is_compared_with_the_first_and_with_its_predecessor():
+    rows = [
+        difference("hsmm", "kappa", 0.1, 0.3) | {"system": "hsmm_weighted"},
+        difference("hsmm", "kappa", -0.3, -0.1) | {"system": "hsmm_sampled"},
+        difference("hsmm", "D", -0.3, 0.1) | {"system": "hsmm_sampled"},
+        difference("hsmm_weighted", "kappa", -0.1, 0.1) | {"system": "hsmm_sampled"},
+    ]
+    scores = pd.concat(
+        [SCORES, pd.DataFrame([score(name, "kappa", 0.3) for name in ("hsmm_weighted", "hsmm_sampled")])]
+    )
+    claims = [finding.claim for finding in findings.findings(scores, pd.DataFrame(rows), plausible.SYSTEMS, 0.8313)]
+    assert "“HSMM, emissions weighted” beats “HSMM as printed” in kappa." in claims
+    assert (
+        "“HSMM, drawn from the posterior” does worse than “HSMM as printed” in kappa; it cannot be distinguished "
+        "from “HSMM as printed” in D; it cannot be distinguished from “HSMM, emissions weighted” in kappa."
+    ) in claims
+
+
+def test_a_system_without_scores_is_not_compared():
+    claims = " ".join(
+        finding.claim
+        for finding in findings.findings(
+            SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), plausible.SYSTEMS, 0.8313
+        )
+    )
+    assert "HSMM as printed" in claims
+    assert "HSMM, emissions weighted" not in claims
+
+
+def test_a_control_with_the_lowest_distance_is_named():
     found = findings.findings(SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313)
     claims = " ".join(finding.claim for finding in found)
     assert "D alone rewards silence: the control “Most frequent label” has the lowest D." in claims
@@ -115,7 +144,7 @@ def test_silence_is_called_what_it_is():
     assert "resolves differences of about 0.10 in kappa" in claims
 
 
-def test_goals_that_may_be_missed_by_chance_are_told_apart():
+def test_goals_that_may_be_missed_by_chance_are_counted_apart():
     aimed = {"unit": "%", "goal": 5.0, "values": 8}
     summary = pd.DataFrame(
         [
@@ -130,9 +159,9 @@ def test_goals_that_may_be_missed_by_chance_are_told_apart():
     found = findings.findings(
         SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313, capture=summary
     )
-    told = next(finding for finding in found if finding.claim.startswith("Capture"))
-    assert told.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."
-    assert told.evidence == [
+    captured = next(finding for finding in found if finding.claim.startswith("Capture"))
+    assert captured.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."
+    assert captured.evidence == [
         "head: 7.00 deg in the worst record, the goal is 5",
         "S: +12.00 % (−3.00 to +25.00), the goal is 5",
     ]

@@ -44,14 +44,14 @@ def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) 
     -------
     The rows of ``differences`` over all actors, with a column ``kind``: own controls, other controls, systems.
     """
-    hearing = driven(systems)
+    listening = driven(systems)
     wanted: dict[tuple[str, str], str] = {}
-    for system in hearing:
+    for system in listening:
         wanted |= {(system.name, control): "own controls" for control in system.controls if control in systems}
-    for system in hearing:
+    for system in listening:
         wanted |= {(system.name, control.name): "other controls" for control in general_controls(systems)}
-    for place, system in enumerate(hearing[1:], start=1):
-        wanted |= {(system.name, other.name): "systems" for other in hearing[:place]}
+    for place, system in enumerate(listening[1:], start=1):
+        wanted |= {(system.name, other.name): "systems" for other in listening[:place]}
     rows = common_phrases(differences, systems)
     rows = rows[
         (rows["actor"] == "all")

@@ -12,14 +12,14 @@ from cospeech.report.page.tables import Table
 from cospeech.report.words import number
 
 QUANTITIES = {
-    "gesture_frames_right": "frames whose gesture phrase was found from the joint angles",
-    "gesture_kappa": "the same beyond chance (Cohen's kappa)",
-    "gesture_phrase_ratio": "gesture phrases found for each planted one",
+    "gesture_frames_right": "share of frames whose planted gesture phrase was recovered from the joint angles",
+    "gesture_kappa": "agreement of these frames beyond chance (Cohen's kappa)",
+    "gesture_phrase_ratio": "number of gesture phrases found divided by that of planted ones",
     "prosody_ami": "adjusted mutual information of prosody clusters and planted patterns",
     "pitch_error": "median relative error of the measured pitch lag, voiced frames",
-    "pitch_gross_errors": "voiced frames with a pitch lag off by more than 20 %",
-    "transitions_p": "planted transitions as a draw of the planted process (p)",
-    "durations_p": "planted durations as a draw of the planted process (p)",
+    "pitch_gross_errors": "share of voiced frames whose pitch lag is off by more than 20 %",
+    "transitions_p": "p-value of the planted transitions as a sample of the planted process",
+    "durations_p": "p-value of the planted durations as a sample of the planted process",
 }
 
 

@@ -86,12 +86,12 @@ def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
 def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> list[Finding]:
     """Return what the differences between systems, and between systems and controls, show."""
     scored = set(pooled["system"])
-    hearing = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
-    found = [_speech(system, pooled, paired, systems) for system in hearing]
-    for before, system in pairwise(hearing):
-        others = list(dict.fromkeys([hearing[0].name, before.name]))
+    listening = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
+    found = [_speech(system, pooled, paired, systems) for system in listening]
+    for before, system in pairwise(listening):
+        others = list(dict.fromkeys([listening[0].name, before.name]))
         found.append(_against(system, [systems[name] for name in others], paired))
-    return [*found, _resolution(pooled, paired, hearing)]
+    return [*found, _resolution(pooled, paired, listening)]
 
 
 def _too_few(n_records: int) -> Finding:
@@ -196,9 +196,9 @@ def _easy_distance(pooled: pd.DataFrame, systems: Systems) -> list[Finding]:
     ]
 
 
-def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, hearing: list[System]) -> Finding:
-    names = [system.name for system in hearing]
-    controls = {control for system in hearing for control in system.controls}
+def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, listening: list[System]) -> Finding:
+    names = [system.name for system in listening]
+    controls = {control for system in listening for control in system.controls}
     rows = paired[(paired["measure"] == "kappa") & (paired["part"] == "interior") & paired["system"].isin(names)]
     rows = rows[rows["other"].isin(controls)]
     width = float(np.nanmedian((rows["high"] - rows["low"]) / 2)) if rows["low"].notna().any() else float("nan")

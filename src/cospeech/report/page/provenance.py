@@ -146,7 +146,7 @@ def _models(config: Config) -> list[tuple[str, str]]:
         (
             "prosody clusters",
             f"{phrases['prosody']['clusters']} with {phrases['prosody']['states']} states each, the best of "
-            f"{phrases['prosody']['restarts']} random initialisations, without any gesture labels",
+            f"{words.counted(phrases['prosody']['restarts'], 'random initialisation')}, without any gesture labels",
         ),
         (
             "folds",
