@@ -1,4 +1,4 @@
-"""What we write, an independent reader places as our own kinematics does; what we read is whole or refused."""
+"""An independent reader finds our joints where our own kinematics does; files are read completely or rejected."""
 
 import numpy as np
 import pybvh
@@ -91,7 +91,7 @@ def test_any_order_of_channels_is_read_as_declared(tmp_path):
     (tmp_path / "a.bvh").write_text(TINY)
     clip = bvh.read(tmp_path / "a.bvh")
     assert clip.names == ("Hips", "Left Arm", "Elbow")
-    assert clip.fps == 30.0  # the cut 0.033333 is a thirtieth
+    assert clip.fps == 30.0  # the rounded 0.033333 is one thirtieth
     np.testing.assert_array_equal(clip.places[0], [[1, 2, 3], [1, 2, 4]])
     np.testing.assert_allclose(clip.rotations[0, 0], turn("z", 10) @ turn("x", 20) @ turn("y", 30))
     np.testing.assert_allclose(clip.rotations[0, 1], turn("y", 40) @ turn("z", 50) @ turn("x", 60))
@@ -134,7 +134,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_a_spoilt_file_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupt_file_is_read_or_rejected_and_nothing_else(tmp_path_factory, data):
     lines = TINY.splitlines()
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(lines) - 1))

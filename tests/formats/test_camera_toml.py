@@ -1,4 +1,4 @@
-"""Calibrations made elsewhere: the TOML of Pose2Sim and of caliscope, and the ways in which it can be wrong."""
+"""Camera files of Pose2Sim and caliscope, and the ways in which they can be wrong."""
 
 import json
 import tomllib
@@ -87,7 +87,7 @@ def test_a_missing_file_is_named():
         camera_toml.read("nowhere.toml")
 
 
-def test_a_calibration_belongs_to_its_films(tmp_path):
+def test_a_calibration_belongs_to_its_videos(tmp_path):
     films = {name: tmp_path / f"{name}.mkv" for name in ("c1", "c2")}
     for name, path in films.items():
         path.write_bytes(name.encode() * 1000)
@@ -129,7 +129,7 @@ def test_what_is_written_is_read_again(tmp_path, up):
 
 
 def test_pose2sim_gets_a_world_with_z_up(tmp_path):
-    """A point a metre up is (0, 0, 1) there."""
+    """There, a point one metre up is (0, 0, 1)."""
     truth, _, _ = plant(2, n_points=1)
     text = camera_toml.toml(truth, up="z")
     there = camera_toml.read(save(tmp_path, text), up="y")
@@ -143,7 +143,7 @@ def test_pose2sim_gets_a_world_with_z_up(tmp_path):
 @pytest.mark.recorded
 @pytest.mark.skipif(not POSE2SIM.is_dir(), reason="needs the real recordings in ../shared/data/pose2sim_balancing")
 def test_pose2sims_nose_falls_on_the_keypoints_it_was_made_of():
-    """Two views make the nose: the other two are tens of pixels off, and Pose2Sim leaves such views out."""
+    """Only two views determine the nose: the others are tens of pixels off and rejected by Pose2Sim."""
     cameras = camera_toml.read(POSE2SIM / "calibration/Calib_qualisys.toml", up="z")
     path = POSE2SIM / "points_3d/S00_P00_T01_BalancingTrial_0-100.trc"
     column = 2 + 3 * path.read_text().splitlines()[3].split("\t")[2::3].index("Nose")

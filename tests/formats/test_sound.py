@@ -1,4 +1,4 @@
-"""Sound of any making arrives as mono at 16 kHz and as loud as it was; what is no whole wav is refused."""
+"""Sound of any format becomes mono at 16 kHz at its original level; incomplete wav files are rejected."""
 
 import struct
 
@@ -35,7 +35,7 @@ def test_every_sample_format_of_wav_is_read(tmp_path, subtype):
     np.testing.assert_allclose(sound.read(tmp_path / "a.wav").samples, tone(16000), atol=0.01)
 
 
-def test_channels_are_mixed_down_and_it_is_said(tmp_path):
+def test_channels_are_mixed_down_with_a_note(tmp_path):
     left, right = tone(16000), np.zeros(32000)
     soundfile.write(tmp_path / "a.wav", np.column_stack([left, right]), 16000)
     heard = sound.read(tmp_path / "a.wav")
@@ -54,7 +54,7 @@ def test_an_excerpt_is_cut_at_its_samples(tmp_path):
             sound.read(tmp_path / "a.wav", start, end)
 
 
-def test_too_loud_floats_are_clipped_and_it_is_said(tmp_path):
+def test_too_loud_floats_are_clipped_with_a_note(tmp_path):
     soundfile.write(tmp_path / "a.wav", tone(16000, level=1.5), 16000, subtype="FLOAT")
     heard = sound.read(tmp_path / "a.wav")
     assert np.abs(heard.samples).max() == 1
@@ -91,7 +91,7 @@ def test_a_broken_wav_ends_in_one_line_that_names_it(tmp_path, content, says):
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_missing_silent_and_undefined_sound_is_refused(tmp_path):
+def test_missing_silent_and_undefined_sound_is_rejected(tmp_path):
     with pytest.raises(UserError, match=r"none\.wav: cannot be read"):
         sound.read(tmp_path / "none.wav")
     soundfile.write(tmp_path / "silent.wav", np.zeros(16000), 16000)
@@ -118,7 +118,7 @@ def test_what_is_written_is_16_bit_mono_and_the_same_bytes_every_time(tmp_path):
 
 @settings(max_examples=120, deadline=None)
 @given(st.data())
-def test_a_spoilt_wav_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupt_wav_is_read_or_rejected_and_nothing_else(tmp_path_factory, data):
     content = bytearray(whole_wav())
     for _ in range(data.draw(st.integers(1, 4))):
         content[data.draw(st.integers(0, 60))] = data.draw(st.integers(0, 255))

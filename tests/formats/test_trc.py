@@ -1,4 +1,4 @@
-"""TRC: what is written is read again, gaps stay gaps, and a file that is not whole is refused in one line."""
+"""TRC files are read again as written, with their gaps; incomplete files are rejected in one line."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ def test_what_is_written_is_read_again(tmp_path_factory, recording):
 
 @settings(max_examples=200, deadline=None)
 @given(st.data())
-def test_a_damaged_file_is_read_whole_or_refused(tmp_path_factory, data):
+def test_a_damaged_file_is_read_completely_or_rejected(tmp_path_factory, data):
     text = list(SMALL)
     for _ in range(data.draw(st.integers(1, 6))):
         place = data.draw(st.integers(0, len(text) - 1))
@@ -104,13 +104,13 @@ def test_a_damaged_file_is_read_whole_or_refused(tmp_path_factory, data):
         (("10\t20\t30", "10\t20\t30\t40"), "line 7: has more than 8 values"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(tmp_path, change, message):
+def test_errors_are_reported_with_their_place(tmp_path, change, message):
     with pytest.raises(UserError, match=message) as caught:
         trc.read(saved(tmp_path, SMALL.replace(*change, 1)))
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_missing_and_cut_off_files_are_refused(tmp_path):
+def test_missing_and_truncated_files_are_rejected(tmp_path):
     with pytest.raises(UserError, match="cannot be read"):
         trc.read(tmp_path / "none.trc")
     with pytest.raises(UserError, match="truncated in its header"):
@@ -133,6 +133,6 @@ def test_a_real_file_of_pose2sim_stands_upright_in_metres():
 
 @pytest.mark.recorded
 @pytest.mark.skipif(not ARM.is_file(), reason="needs the real recordings in ../shared/data/pyomeca_arm")
-def test_a_real_file_that_holds_fewer_frames_than_it_announces_is_refused():
+def test_a_real_file_that_holds_fewer_frames_than_it_announces_is_rejected():
     with pytest.raises(UserError, match="announces 652 frames and holds"):
         trc.read(ARM)

@@ -1,4 +1,4 @@
-"""The smoother against one dense linear-Gaussian estimate of all frames, and what it does to hidden markers."""
+"""The smoother against a dense linear-Gaussian estimate of all frames, and its effect on hidden markers."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from cospeech.geometry import kalman
 
 
 def dense(points, sd, fps, jerk):
-    """Mean and standard deviation of every position given every sight, from the joint covariance of all frames."""
+    """Mean and standard deviation of every position given all observations, from the joint covariance."""
     transition, noise = kalman.motion_model(1 / fps, jerk)
     n = len(points)
     covariance = np.zeros((3 * n, 3 * n))
