@@ -42,7 +42,7 @@ with job.run(snakemake) as work:
         if made.motion is not None:
             work.write(made.motion, f"{folder}/motion.parquet", "motion")
         work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
-        if failure:
+        if isinstance(failure, str):
             failures.append(f"{record}: {failure}")
         elif system.name in given["tables"]:
             tables = session.tables(system)
