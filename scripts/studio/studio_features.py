@@ -1,4 +1,4 @@
-"""Make the prosody features and the gesture phrases of one record, without sound or motion."""
+"""Simulate the prosody features and gesture phrases of one record, without sound or motion."""
 
 from cospeech.studio import features, voice
 from cospeech.workflow import job

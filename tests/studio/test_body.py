@@ -208,13 +208,13 @@ def test_an_accent_comes_with_a_nod():
 
 def test_sensor_noise_is_white_of_the_stated_size_and_only_on_angles(performance):
     _, _, moved, _ = performance
-    seen = motion.sensed(moved, 0.4, "ten", 2012)
+    seen = motion.with_sensor_noise(moved, 0.4, "ten", 2012)
     columns = skeleton.angle_columns()
     noise = (seen[columns] - moved[columns]).to_numpy()
     np.testing.assert_allclose(noise.std(axis=0), 0.4, rtol=0.05)  # 12,000 frames: 0.6 % is a deviation
     assert abs((noise[1:] * noise[:-1]).mean() / 0.16) < 0.01
     np.testing.assert_array_equal(seen[list(skeleton.ROOT_COLUMNS)], moved[list(skeleton.ROOT_COLUMNS)])
-    pd.testing.assert_frame_equal(motion.sensed(moved, 0.0, "ten", 2012), moved)
+    pd.testing.assert_frame_equal(motion.with_sensor_noise(moved, 0.0, "ten", 2012), moved)
 
 
 def test_actors_have_manners_of_their_own():

@@ -16,7 +16,7 @@ def test_centroid_of_the_spot_is_where_it_was_planted(monkeypatch):
     monkeypatch.setattr(laser, "REFLECTED", 0.0)
     camera = rig.cameras(696, 3)[2]
     spots_m = laser.walk(200, 1)[156:164]
-    seen = laser.sightings([camera], spots_m, 1)
+    seen = laser.visible_spots([camera], spots_m, 1)
     planes = [drawn.copy() for drawn in laser.frames(camera, seen, len(spots_m), 1, noise=0.0)]
     assert len(seen) > 3
     for row in seen.itertuples():

@@ -42,14 +42,14 @@ def drawn(camera, limbs, markers, widened=1.0):
     ends = np.concatenate([limbs, np.repeat(markers[:, None], 2, axis=1)])
     radii = np.concatenate([stage.RADII_M, np.full(len(markers), RADIUS_M)])
     seen_from = ends @ camera.rotation.T + np.array(camera.shift_m)
-    sight = stage.sight(camera)
-    room = stage.room(camera, sight)
+    slopes = stage.ray_slopes(camera)
+    room = stage.room(camera, slopes)
     picture, depth = np.empty_like(room), np.empty_like(room[0])
     whole = np.array([0, 0, *camera.size_px])
     pixels, reach = film.outlines(camera, ends, radii)
     solids = paint.solids(seen_from, radii)
-    shown = paint.draw(picture, depth, room, sight, solids, pixels, widened * reach, stage.PAINT, len(limbs), whole)
-    rays = np.stack([*sight, np.ones_like(room[0])], axis=-1).reshape(-1, 3).astype(float)
+    shown = paint.draw(picture, depth, room, slopes, solids, pixels, widened * reach, stage.PAINT, len(limbs), whole)
+    rays = np.stack([*slopes, np.ones_like(room[0])], axis=-1).reshape(-1, 3).astype(float)
     return shown, depth, rays, seen_from, radii
 
 
@@ -85,7 +85,7 @@ def nearest(rays, solid):
     for i in range(len(rays)):
         depth = np.inf
         for k in range(len(solid)):
-            z, _ = paint.strike(rays[i, 0], rays[i, 1], paint.numbers(solid, k))
+            z, _ = paint.intersect(rays[i, 0], rays[i, 1], paint.unpack(solid, k))
             if z < depth:
                 depth, owner[i] = z, k
     return owner
@@ -97,7 +97,7 @@ def test_of_every_marker_as_many_pixels_are_seen_as_a_fine_grid_of_rays_finds(vi
     camera, fine = rig.cameras(WIDTH_PX, 3)[view], 8
     shown, _, _, ends, radii = drawn(camera, limbs, markers)
     steps = ((np.arange(fine, dtype=np.float32) + 0.5) / fine - 0.5) / 2
-    grid = np.moveaxis(stage.sight(camera), 0, -1)
+    grid = np.moveaxis(stage.ray_slopes(camera), 0, -1)
     right, down = np.gradient(grid, axis=1) * 2, np.gradient(grid, axis=0) * 2
     rays = np.concatenate([(grid + u * right + v * down).reshape(-1, 2) for u in steps for v in steps])
     owner = nearest(rays, paint.solids(ends, radii)) - len(limbs)

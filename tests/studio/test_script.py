@@ -23,7 +23,7 @@ def member():
 
 
 def draws(member, coupling, count, n_frames=1600, seed=7):
-    return [script.draw(member, f"r{k}", n_frames, coupling, FRAME_S, seed) for k in range(count)]
+    return [script.sample(member, f"r{k}", n_frames, coupling, FRAME_S, seed) for k in range(count)]
 
 
 def streams(drawn, n_frames):
@@ -105,7 +105,7 @@ def test_frames_carry_the_patterns_of_the_planted_emissions_exactly(member, coup
 
 
 def test_intonation_phrases_last_the_same_whatever_the_pattern(member):
-    drawn = script.draw(member, "long", 1_200_000, 0.0, FRAME_S, 3)
+    drawn = script.sample(member, "long", 1_200_000, 0.0, FRAME_S, 3)
     lengths = np.diff(drawn.prosody_starts)
     assert (lengths.min(), lengths.max()) == (16, 64)
     counts = np.bincount(lengths, minlength=65)[16:]
@@ -117,7 +117,7 @@ def test_intonation_phrases_last_the_same_whatever_the_pattern(member):
 
 
 def test_a_coupled_phrase_restarts_its_speech_and_an_uncoupled_run_does_not(member):
-    drawn = script.draw(member, "long", 200_000, 0.5, FRAME_S, 4)
+    drawn = script.sample(member, "long", 200_000, 0.5, FRAME_S, 4)
     opens = drawn.coupled | np.append(True, drawn.coupled[:-1])
     restarts = drawn.gesture_starts[opens]
     assert np.isin(restarts, drawn.prosody_starts).all()

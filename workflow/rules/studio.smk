@@ -1,9 +1,9 @@
-# The virtual studio: a script drawn for all records at once, then one take a record, in sound and motion or,
-# for hours in seconds, in features only.
+# The virtual studio: one script sampled for all records, then one take per record, with sound and motion or, to
+# simulate hours of speech in seconds, as features only.
 
 
 def voice_of(wildcards):
-    """The synthesiser's voice of the actor of a record."""
+    """The synthesiser voice of the actor of a record."""
     voices = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]}
     return voices[actor_of(wildcards.record)]
 
@@ -36,7 +36,7 @@ rule studio_script:
         max_duration_s=config["synthesis"]["max_duration_s"],
         seed=config["seed"],
     message:
-        "the studio's script"
+        "sample the script of all records"
     script:
         "../../scripts/studio/studio_script.py"
 
@@ -59,7 +59,7 @@ rule studio_take:
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
     message:
-        "take of {wildcards.record}: voice and motion"
+        "record the voice and motion of {wildcards.record}"
     script:
         "../../scripts/studio/studio_take.py"
 
@@ -77,7 +77,7 @@ rule studio_features:
         voiced_gain=config["speech"]["voiced_gain"],
         seed=config["seed"],
     message:
-        "features of {wildcards.record}, without sound"
+        "simulate the prosody features of {wildcards.record}"
     script:
         "../../scripts/studio/studio_features.py"
 
@@ -91,7 +91,7 @@ if VIRTUAL and FILMED:
             width_px=config["studio"]["camera_width_px"],
             seed=config["seed"],
         message:
-            "the studio's cameras"
+            "set up the cameras of the studio"
         script:
             "../../scripts/studio/studio_rig.py"
 
@@ -104,7 +104,7 @@ if VIRTUAL and FILMED:
         params:
             seed=config["seed"],
         message:
-            "the calibration take"
+            "film the calibration take"
         script:
             "../../scripts/studio/studio_laser.py"
 
@@ -120,7 +120,7 @@ if VIRTUAL and FILMED:
             motion_fps=config["studio"]["motion_fps"],
             seed=config["seed"],
         message:
-            "range of motion of {wildcards.actor}"
+            "film the range-of-motion take of {wildcards.actor}"
         script:
             "../../scripts/studio/studio_range.py"
 
@@ -136,6 +136,6 @@ if VIRTUAL and FILMED:
             actor=performer_of,
             seed=config["seed"],
         message:
-            "film of {wildcards.record}"
+            "film {wildcards.record}"
         script:
             "../../scripts/studio/studio_film.py"

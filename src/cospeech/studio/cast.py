@@ -94,14 +94,14 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
             f"config: synthesis.max_duration_s is {max_duration_s} s, but the studio's gesture phrases last "
             f"{SHORTEST_S} to {LONGEST_S} s; allow at least {2 * SHORTEST_S} s"
         )
-    draw = generator(seed, "cast", actor)
-    taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * draw.gamma(16.0, 1 / 16.0, len(GESTURES))
+    rng = generator(seed, "cast", actor)
+    taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * rng.gamma(16.0, 1 / 16.0, len(GESTURES))
     return Member(
         actor=actor,
         initial=_initial(taste),
-        transitions=_transitions(taste, draw),
-        durations=_durations(draw, frame_s, bins),
-        coupled=_coupled(draw),
+        transitions=_transitions(taste, rng),
+        durations=_durations(rng, frame_s, bins),
+        coupled=_coupled(rng),
     )
 
 
@@ -112,48 +112,48 @@ def _initial(taste: Floats) -> Floats:
     return initial
 
 
-def _transitions(taste: Floats, draw: np.random.Generator) -> Floats:
+def _transitions(taste: Floats, rng: np.random.Generator) -> Floats:
     """From rest to what the actor likes; from a gesture often back to rest, else on along a habitual chain."""
     rows = np.zeros((len(GESTURES), len(GESTURES)))
     for i, gesture in enumerate(GESTURES):
         free = taste.copy()
         free[i] = 0.0
         if i != REST:
-            rows[i, REST] = BACK_TO_REST * draw.uniform(0.8, 1.2)
+            rows[i, REST] = BACK_TO_REST * rng.uniform(0.8, 1.2)
             rows[i, i] = REPEATS
-            rows[i, GESTURES.index(HABITS[gesture][2])] = FOLLOWS_HABIT * draw.uniform(0.8, 1.2)
+            rows[i, GESTURES.index(HABITS[gesture][2])] = FOLLOWS_HABIT * rng.uniform(0.8, 1.2)
         rows[i] += (1.0 - rows[i].sum()) * free / free.sum()
     return rows
 
 
-def _durations(draw: np.random.Generator, frame_s: float, bins: int) -> Floats:
+def _durations(rng: np.random.Generator, frame_s: float, bins: int) -> Floats:
     """Gamma densities on the grid of prosody frames, cut to the range of plausible phrases."""
     seconds = np.arange(1, bins + 1) * frame_s
     possible = (seconds >= SHORTEST_S) & (seconds <= LONGEST_S)
-    tempo = draw.uniform(0.88, 1.12)
+    tempo = rng.uniform(0.88, 1.12)
     rows = np.zeros((len(GESTURES), bins))
     for i, gesture in enumerate(GESTURES):
-        mean = HABITS[gesture][1] * tempo * draw.uniform(0.9, 1.1)
-        shape = draw.uniform(3.5, 7.0)
+        mean = HABITS[gesture][1] * tempo * rng.uniform(0.9, 1.1)
+        shape = rng.uniform(3.5, 7.0)
         logarithm = (shape - 1.0) * np.log(seconds) - seconds * shape / mean
         rows[i] = np.where(possible, np.exp(logarithm - logarithm.max()), 0.0)
     return rows / rows.sum(axis=1, keepdims=True)
 
 
-def _coupled(draw: np.random.Generator) -> Floats:
+def _coupled(rng: np.random.Generator) -> Floats:
     """Each gesture has one pattern of its own and a second one; rest goes with pauses and soft asides."""
-    speaking = draw.permutation([p for p in range(len(NAMES)) if p != PAUSE])
-    shift = int(draw.integers(1, len(speaking)))
+    speaking = rng.permutation([p for p in range(len(NAMES)) if p != PAUSE])
+    shift = int(rng.integers(1, len(speaking)))
     rows = np.zeros((len(GESTURES), len(NAMES)))
     moving = [i for i in range(len(GESTURES)) if i != REST]
     for place, i in enumerate(moving):
-        rows[i, speaking[place]] = draw.uniform(0.55, 0.65)
-        rows[i, speaking[(place + shift) % len(speaking)]] = draw.uniform(0.16, 0.22)
-        rows[i, PAUSE] = draw.uniform(0.04, 0.07)
-    rows[REST, PAUSE] = draw.uniform(0.58, 0.68)
-    rows[REST, NAMES.index("p8")] = draw.uniform(0.12, 0.18)
+        rows[i, speaking[place]] = rng.uniform(0.55, 0.65)
+        rows[i, speaking[(place + shift) % len(speaking)]] = rng.uniform(0.16, 0.22)
+        rows[i, PAUSE] = rng.uniform(0.04, 0.07)
+    rows[REST, PAUSE] = rng.uniform(0.58, 0.68)
+    rows[REST, NAMES.index("p8")] = rng.uniform(0.12, 0.18)
     for row in rows:
-        row += (1.0 - row.sum()) * draw.dirichlet(np.full(len(NAMES), 4.0))
+        row += (1.0 - row.sum()) * rng.dirichlet(np.full(len(NAMES), 4.0))
     return rows
 
 

@@ -94,15 +94,15 @@ class Style:
 
 def style(actor: str, seed: int) -> Style:
     """Return the style of ``actor``, drawn once."""
-    draw = generator(seed, "style", actor)
+    rng = generator(seed, "style", actor)
     return Style(
-        size=draw.uniform(0.85, 1.15),
-        height_m=draw.uniform(-0.02, 0.04),
-        forward_m=draw.uniform(-0.02, 0.02),
-        beat_s=draw.uniform(0.42, 0.60),
-        right_handed=draw.random() < RIGHT_HANDED,
-        holds=draw.uniform(0.15, 0.40),
-        sway=draw.uniform(0.8, 1.2),
+        size=rng.uniform(0.85, 1.15),
+        height_m=rng.uniform(-0.02, 0.04),
+        forward_m=rng.uniform(-0.02, 0.02),
+        beat_s=rng.uniform(0.42, 0.60),
+        right_handed=rng.random() < RIGHT_HANDED,
+        holds=rng.uniform(0.15, 0.40),
+        sway=rng.uniform(0.8, 1.2),
     )
 
 
@@ -134,7 +134,7 @@ def minimum_jerk(key_times_s: Floats, values: Floats, times_s: Floats) -> Floats
     return values[left] + share[:, None] * (values[right] - values[left])
 
 
-def tracks(gestures: pd.DataFrame, manner: Style, draw: np.random.Generator) -> tuple[Track, Track]:
+def tracks(gestures: pd.DataFrame, manner: Style, rng: np.random.Generator) -> tuple[Track, Track]:
     """Return the keys of the left and the right hand for the gesture phrases of one record."""
     hands = (Track(), Track())
     labels = gestures["label"].tolist()
@@ -142,11 +142,11 @@ def tracks(gestures: pd.DataFrame, manner: Style, draw: np.random.Generator) -> 
         following = labels[row + 1] if row + 1 < len(labels) else None
         if label == "rest":
             for track in hands:
-                value = _value(AT_REST, manner, draw, 0.3)
+                value = _value(AT_REST, manner, rng, 0.3)
                 track.key(start, value)
                 track.key(end, value)
         else:
-            _phrase(hands, label, float(start), float(end), following, manner, draw)
+            _phrase(hands, label, float(start), float(end), following, manner, rng)
     return hands
 
 
@@ -157,31 +157,31 @@ def _phrase(
     end: float,
     following: str | None,
     manner: Style,
-    draw: np.random.Generator,
+    rng: np.random.Generator,
 ) -> None:
     figure = FIGURES[label]
     if following is None:  # the record's end cuts it off, but was not known when it began
         end = max(end, start + UNAWARE_S)
     if label == "perpendicular" and manner.right_handed:
         figure = figure[::-1]
-    begin = start + _phase(PREPARATION, end - start) * draw.uniform(0.85, 1.15)
+    begin = start + _phase(PREPARATION, end - start) * rng.uniform(0.85, 1.15)
     leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
-    stop = end if following is None else end - leave * draw.uniform(0.85, 1.15)
-    times = _beats(begin, stop, manner, draw)
-    size = manner.size * draw.lognormal(0.0, 0.2)
-    common = draw.normal(0.0, 0.04, 3)
+    stop = end if following is None else end - leave * rng.uniform(0.85, 1.15)
+    times = _beats(begin, stop, manner, rng)
+    size = manner.size * rng.lognormal(0.0, 0.2)
+    common = rng.normal(0.0, 0.04, 3)
     for track, hand in zip(hands, figure, strict=True):
         if hand is AT_REST:
-            value = _value(hand, manner, draw, 0.3)
+            value = _value(hand, manner, rng, 0.3)
             times_here, values = [begin, stop], [value, value]
         else:
-            times_here, values = _stroke(hand, times, size, _value(hand, manner, draw, 0.4, common))
+            times_here, values = _stroke(hand, times, size, _value(hand, manner, rng, 0.4, common))
         if not track.times_s:
-            track.key(start, _value(AT_REST, manner, draw, 0.3))
+            track.key(start, _value(AT_REST, manner, rng, 0.3))
         for time_s, value in zip(times_here, values, strict=True):
             track.key(time_s, value)
         if following == "rest":
-            track.key(end, _value(AT_REST, manner, draw, 0.3))
+            track.key(end, _value(AT_REST, manner, rng, 0.3))
 
 
 def _phase(law: tuple[float, float, float], duration_s: float) -> float:
@@ -190,13 +190,13 @@ def _phase(law: tuple[float, float, float], duration_s: float) -> float:
     return min(max(share * duration_s, shortest), longest, 0.42 * duration_s)
 
 
-def _beats(begin: float, stop: float, manner: Style, draw: np.random.Generator) -> Floats:
+def _beats(begin: float, stop: float, manner: Style, rng: np.random.Generator) -> Floats:
     """Return the turning points of the beats from ``begin`` to ``stop``: two a beat, uneven as living ones are."""
-    pace_s = manner.beat_s / 2 * draw.uniform(1.1, 1.8)
-    held = HOLD * (draw.random() < manner.holds)  # in half beats
+    pace_s = manner.beat_s / 2 * rng.uniform(1.1, 1.8)
+    held = HOLD * (rng.random() < manner.holds)  # in half beats
     halves = max(1, round((stop - begin) / pace_s - held))
-    steps = draw.uniform(0.8, 1.2, halves)
-    steps[int(draw.integers(halves))] += held
+    steps = rng.uniform(0.8, 1.2, halves)
+    steps[int(rng.integers(halves))] += held
     return begin + (stop - begin) * np.append(0.0, np.cumsum(steps) / steps.sum())
 
 
@@ -211,13 +211,13 @@ def _stroke(hand: Hand, times: Floats, size: float, base: Floats) -> tuple[list[
 
 
 def _value(
-    hand: Hand, manner: Style, draw: np.random.Generator, spread: float, common: Floats | None = None
+    hand: Hand, manner: Style, rng: np.random.Generator, spread: float, common: Floats | None = None
 ) -> Floats:
     """Return the key of one hand: its class's place in the actor's manner, with the variation of this one phrase."""
     value = np.array([*hand.place, *hand.pole, hand.turn_deg, hand.bend_deg])
-    value[:3] += draw.normal(0.0, 0.02 * spread, 3)
-    value[3:6] += draw.normal(0.0, 0.10 * spread, 3)
-    value[6:] += draw.normal(0.0, 12.0 * spread, 2)
+    value[:3] += rng.normal(0.0, 0.02 * spread, 3)
+    value[3:6] += rng.normal(0.0, 0.10 * spread, 3)
+    value[6:] += rng.normal(0.0, 12.0 * spread, 2)
     if hand is not AT_REST:
         value[1] += manner.height_m
         value[2] += manner.forward_m

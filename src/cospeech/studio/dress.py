@@ -42,8 +42,8 @@ SPREAD_M = 0.004
 
 def places(actor: str, seed: int) -> Floats:
     """Return where the markers sit on ``actor``, (15, 3) in the frames of their joints, metres."""
-    draw = np.random.default_rng([seed, zlib.crc32(actor.encode())])
-    return np.array([PLACE_M[name] for name in NAMES]) + draw.normal(0.0, SPREAD_M, (len(NAMES), 3))
+    rng = np.random.default_rng([seed, zlib.crc32(actor.encode())])
+    return np.array([PLACE_M[name] for name in NAMES]) + rng.normal(0.0, SPREAD_M, (len(NAMES), 3))
 
 
 def wear(motion: pd.DataFrame, placed_m: Floats) -> Floats:

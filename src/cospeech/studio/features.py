@@ -24,7 +24,7 @@ from scipy.special import ndtr
 from cospeech.data.arrays import Flags, Floats
 from cospeech.data.segments import frame_times
 from cospeech.studio.cast import generator
-from cospeech.studio.melody import ROOM_DB, course
+from cospeech.studio.melody import ROOM_DB, phrase_contours
 
 WINDOW_S = 0.05
 """The analysis window that the figures were measured with."""
@@ -54,16 +54,16 @@ def features(
     base_hz : base pitch of the speaker.
     voiced_gain : gain above which a frame counts for the mean lag (Özkul 2012, 4.2).
     """
-    draw = generator(seed, "features", record)
+    rng = generator(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
-    pitch_st, intensity_db = course(prosody, times_s)
+    pitch_st, intensity_db = phrase_contours(prosody, times_s)
     speaks = ~np.isnan(pitch_st)
-    voiced = speaks & _voicing(n_frames, draw)
+    voiced = speaks & _voicing(n_frames, rng)
     planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
-    intensity_log = _energy(intensity_db, speaks, voiced, draw)
-    lag_s = _lag(planted_lag_s, speaks, voiced, draw)
-    gain = _gain(lag_s, speaks, voiced, draw)
+    intensity_log = _energy(intensity_db, speaks, voiced, rng)
+    lag_s = _lag(planted_lag_s, speaks, voiced, rng)
+    gain = _gain(lag_s, speaks, voiced, rng)
     named = {
         "intensity": (intensity_log - intensity_log.mean()) / intensity_log.std(),
         "pitch_lag": lag_s - lag_s[gain > voiced_gain].mean(),
@@ -74,15 +74,15 @@ def features(
     return pd.DataFrame(columns | {"intensity_log": intensity_log, "lag_s": lag_s})
 
 
-def _voicing(n_frames: int, draw: np.random.Generator) -> Flags:
+def _voicing(n_frames: int, rng: np.random.Generator) -> Flags:
     """Return whether a speaking frame would be voiced, (T,): runs of geometric length in turn."""
     pairs = int(1.5 * n_frames / (VOICED_RUN + UNVOICED_RUN)) + 50
-    runs = np.column_stack([draw.geometric(1.0 / VOICED_RUN, pairs), draw.geometric(1.0 / UNVOICED_RUN, pairs)])
+    runs = np.column_stack([rng.geometric(1.0 / VOICED_RUN, pairs), rng.geometric(1.0 / UNVOICED_RUN, pairs)])
     flags = np.repeat(np.tile([True, False], pairs), runs.ravel())
     return np.resize(flags, n_frames)
 
 
-def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
     room = 10.0 ** (ROOM_DB / 10.0)
     power = np.where(speaks, 10.0 ** (np.where(speaks, intensity_db, 0.0) / 10.0), 0.0) + room
     seen = np.convolve(np.pad(power, 1, mode="edge"), (0.25, 0.5, 0.25), mode="valid")
@@ -92,24 +92,24 @@ def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.
         )
         for k in (0, 1)
     )
-    return np.log(seen) - below + spread * _lasting_noise(len(power), ENERGY_MEMORY, draw)
+    return np.log(seen) - below + spread * _lasting_noise(len(power), ENERGY_MEMORY, rng)
 
 
-def _lasting_noise(n_frames: int, memory: float, draw: np.random.Generator) -> Floats:
+def _lasting_noise(n_frames: int, memory: float, rng: np.random.Generator) -> Floats:
     """Return normal noise of unit variance, (T,), of which a share ``memory`` is left in the next frame."""
     left = memory ** np.arange(40)
-    return np.convolve(draw.normal(size=n_frames + 39), left, mode="valid") / np.sqrt((left**2).sum())
+    return np.convolve(rng.normal(size=n_frames + 39), left, mode="valid") / np.sqrt((left**2).sum())
 
 
-def _lag(planted_lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+def _lag(planted_lag_s: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
     astray = np.select([voiced, speaks], [STRAY_LAGS["voiced"], STRAY_LAGS["unvoiced"]], 1.0)
-    anywhere = draw.random(len(voiced)) < astray
-    near = planted_lag_s * 2.0 ** (draw.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
-    return np.where(anywhere, np.interp(draw.random(len(voiced)), SHARES, ANY_LAG_S), near)
+    anywhere = rng.random(len(voiced)) < astray
+    near = planted_lag_s * 2.0 ** (rng.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
+    return np.where(anywhere, np.interp(rng.random(len(voiced)), SHARES, ANY_LAG_S), near)
 
 
-def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
-    share = ndtr(_lasting_noise(len(lag_s), GAIN_MEMORY, draw))
+def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
+    share = ndtr(_lasting_noise(len(lag_s), GAIN_MEMORY, rng))
     voice = np.interp(share, SHARES, VOICED_GAIN) * (1.0 - lag_s / WINDOW_S)
     return np.select(
         [voiced, speaks],

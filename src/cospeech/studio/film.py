@@ -38,9 +38,9 @@ def outlines(camera: Camera, ends_m: Floats, radii_m: Floats) -> tuple[Floats, F
     return project(camera, ends_m), reach
 
 
-def grain(noise: float, draw: np.random.Generator) -> npt.NDArray[np.int8]:
+def grain(noise: float, rng: np.random.Generator) -> npt.NDArray[np.int8]:
     """Return a table of sensor noise of standard deviation ``noise``, of 255, in the steps of ``paint.STEPS``."""
-    steps = np.rint(paint.STEPS * noise * draw.standard_normal(1 << 20, dtype=np.float32))
+    steps = np.rint(paint.STEPS * noise * rng.standard_normal(1 << 20, dtype=np.float32))
     return np.clip(steps, -127, 127).astype(np.int8)
 
 
@@ -56,10 +56,10 @@ def frames(
     limbs_m, markers_m : (T, n, 2, 3) from ``stage.limbs`` and (T, 15, 3) from ``dress.wear``, metres.
     noise : standard deviation of the sensor's noise, of 255.
     """
-    draw = np.random.default_rng([seed, *camera.name.encode()])
-    speckle = grain(noise, draw)
-    sight = stage.sight(camera)
-    room = stage.room(camera, sight)
+    rng = np.random.default_rng([seed, *camera.name.encode()])
+    speckle = grain(noise, rng)
+    slopes = stage.ray_slopes(camera)
+    room = stage.room(camera, slopes)
     empty = np.rint(paint.STEPS * room).astype(np.int16)
     picture, depth = np.empty_like(room), np.empty_like(room[0])
     planes = np.empty(room.shape, dtype=np.uint8)
@@ -71,9 +71,9 @@ def frames(
         pixels, reach = outlines(camera, ends_m, radii)
         boxes = _boxes(camera, pixels, reach)
         for solid, ends, far, box in zip(solids, pixels, reach, boxes, strict=True):
-            at = int(draw.integers(len(speckle)))
-            seen = paint.draw(picture, depth, room, sight, solid, ends, far, stage.PAINT, limbs.shape[1], box)
-            paint.grained(empty, speckle, at, planes)
+            at = int(rng.integers(len(speckle)))
+            seen = paint.draw(picture, depth, room, slopes, solid, ends, far, stage.PAINT, limbs.shape[1], box)
+            paint.add_grain(empty, speckle, at, planes)
             paint.expose(picture, speckle, at, box, planes)
             yield planes, seen
 
@@ -85,7 +85,7 @@ def _boxes(camera: Camera, pixels: Floats, reach: Floats) -> npt.NDArray[np.int6
     return np.clip(np.concatenate([low, high], axis=1), 0, [*camera.size_px] * 2).astype(np.int64)
 
 
-def noted(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:
+def record_visibility(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:
     """Yield the planes of ``frames``, and put the pixels of markers that are seen into ``seen`` (T, 15)."""
     for frame, (planes, shown) in enumerate(shots):
         seen[frame] = shown

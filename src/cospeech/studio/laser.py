@@ -53,21 +53,21 @@ def walk(n_frames: int, seed: int) -> Floats:
 
 def _roam(n_frames: int, seed: int) -> Floats:
     """Return a smooth walk (n_frames, 3) through the volume."""
-    draw = np.random.default_rng([seed, 7])
+    rng = np.random.default_rng([seed, 7])
     time = np.arange(n_frames)[:, None, None]
-    waves, phases = draw.uniform(0.01, 0.06, (3, 4)), draw.uniform(0.0, 2.0 * np.pi, (3, 4))
+    waves, phases = rng.uniform(0.01, 0.06, (3, 4)), rng.uniform(0.0, 2.0 * np.pi, (3, 4))
     share = 0.5 + 0.5 * np.sin(1.2 * np.sin(2.0 * np.pi * waves * time + phases).sum(axis=2))
     return np.array(LOW_M) + share * (np.array(HIGH_M) - np.array(LOW_M))
 
 
-def sightings(cameras: Sequence[Camera], spots_m: Floats, seed: int) -> pd.DataFrame:
+def visible_spots(cameras: Sequence[Camera], spots_m: Floats, seed: int) -> pd.DataFrame:
     """Return the table ``laser``: where the spot stands in the views (camera, frame) that see it."""
-    draw = np.random.default_rng([seed, 8])
+    rng = np.random.default_rng([seed, 8])
     views = []
     for camera in cameras:
         pixels = project(camera, spots_m)
         inside = ((pixels >= 0) & (pixels <= np.array(camera.size_px) - 1)).all(axis=1)
-        seen = np.flatnonzero(inside & (draw.random(len(spots_m)) >= HIDDEN))
+        seen = np.flatnonzero(inside & (rng.random(len(spots_m)) >= HIDDEN))
         views.append(
             pd.DataFrame({"camera": camera.name, "frame": seen, "x_px": pixels[seen, 0], "y_px": pixels[seen, 1]})
         )
@@ -80,9 +80,9 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
     ``seen`` are the camera's rows of ``sightings``.
     """
     width, height = camera.size_px
-    draw = np.random.default_rng([seed, *camera.name.encode(), 9])
-    grain = film.grain(noise, draw)
-    dim = stage.room(camera, stage.sight(camera)) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
+    rng = np.random.default_rng([seed, *camera.name.encode(), 9])
+    grain = film.grain(noise, rng)
+    dim = stage.room(camera, stage.ray_slopes(camera)) * np.array([0.4, 1.0, 1.0], dtype=np.float32)[:, None, None]
     empty = np.rint(paint.STEPS * np.clip(dim, *RANGE)).astype(np.int16)
     spots = dict(zip(seen["frame"], seen[["x_px", "y_px"]].to_numpy(), strict=True))
     picture, planes = np.empty_like(empty), np.empty(empty.shape, dtype=np.uint8)
@@ -90,9 +90,9 @@ def frames(camera: Camera, seen: pd.DataFrame, n_frames: int, seed: int, noise: 
         picture[:] = empty
         if frame in spots:
             _glow(picture, spots[frame], 1.0, width / 1392)
-        if draw.random() < REFLECTED:
-            _glow(picture, draw.uniform((0, 0), (width, height)), 0.35, width / 1392)
-        paint.grained(picture, grain, int(draw.integers(len(grain))), planes)
+        if rng.random() < REFLECTED:
+            _glow(picture, rng.uniform((0, 0), (width, height)), 0.35, width / 1392)
+        paint.add_grain(picture, grain, int(rng.integers(len(grain))), planes)
         yield planes
 
 

@@ -49,11 +49,11 @@ def plan(prosody: pd.DataFrame, base_hz: float) -> Plan:
     From one phrase to the next pitch and intensity glide within a few hundredths of a second, as a voice does.
     """
     times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / STEP_S), 1.0 / STEP_S)
-    pitch_st, intensity_db = course(prosody, times_s)
+    pitch_st, intensity_db = phrase_contours(prosody, times_s)
     return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
 
 
-def course(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
+def phrase_contours(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
     """Return pitch in semitones from the speaker's base and intensity in decibels re full scale at ``times_s``.
 
     Both have shape (T,), step from phrase to phrase, and are NaN in pauses.

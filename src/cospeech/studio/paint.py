@@ -47,7 +47,7 @@ def solids(ends: Floats, radii: Floats) -> Singles:
 
 
 @compiled
-def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
+def intersect(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
     """Return depth z, and the cosine towards the camera, where ray d = (x, y, 1) enters a solid; infinite for a miss.
 
     ``solid`` is a row of ``solids`` as ``numbers``. The ray passes the axis at the distance (u x a).d / |d x u|, and
@@ -74,7 +74,7 @@ def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
 
 
 @compiled
-def numbers(solid: Singles, k: int) -> Solid:
+def unpack(solid: Singles, k: int) -> Solid:
     """Return row ``k`` of ``solids`` as ``strike`` takes it: numbers stay in registers."""
     return (
         solid[k, 0], solid[k, 1], solid[k, 2], solid[k, 3], solid[k, 4], solid[k, 5], solid[k, 6], solid[k, 7],
@@ -101,7 +101,7 @@ def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
 
 @compiled
 def draw(
-    picture: Singles, depth: Singles, room: Singles, sight: Singles, solid: Singles, pixels: Floats, reach: Floats,
+    picture: Singles, depth: Singles, room: Singles, slopes: Singles, solid: Singles, pixels: Floats, reach: Floats,
     paint: Singles, n_limbs: int, box: Integers,
 ) -> Floats:  # fmt: skip
     """Draw limbs, then markers, into ``box`` of ``picture``; return the pixels of each marker that are seen (m,).
@@ -124,34 +124,34 @@ def draw(
     near, light = np.empty(width, dtype=np.float32), np.empty(width, dtype=np.float32)
     rays = np.empty((4, SAMPLES * SAMPLES), dtype=np.float32)
     for k in range(n_limbs):
-        limb = numbers(solid, k)
+        limb = unpack(solid, k)
         top, bottom = _rows(pixels[k], reach[k], height)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
-            _strike_row(sight[0, row, left:right], sight[1, row, left:right], limb, near, light)
+            _intersect_row(slopes[0, row, left:right], slopes[1, row, left:right], limb, near, light)
             for c in range(3):
                 full, none = paint[k, c], (ZERO if c == 0 else NEUTRAL)
                 _paint_row(picture[c, row, left:right], depth[row, left:right], near, light, full - none, none)
-            _approach(depth[row, left:right], near)
+            _update_depth(depth[row, left:right], near)
     seen = np.zeros(len(solid) - n_limbs)
     others = np.empty(len(solid), dtype=np.int64)
     for k in range(n_limbs, len(solid)):
         top, bottom = _rows(pixels[k], reach[k], height)
         count = _neighbours(pixels, reach, k, others)
-        ball = numbers(solid, k)
+        ball = unpack(solid, k)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
             if right - left < 2:
                 continue
-            x = sight[0, row, left:right]
-            _clear_row(x, sight[1, row, left:right], ball, near)
+            x = slopes[0, row, left:right]
+            _distance_row(x, slopes[1, row, left:right], ball, near)
             pixel = ball[2] * (x[-1] - x[0]) / np.float32(len(x) - 1)  # at the marker's depth, metres
             for column in range(left, right):
                 away = near[column - left]
                 if away < pixel:
                     inside = away < -pixel
-                    seen[k - n_limbs] += _fine(
-                        picture, depth, sight, solid, paint[k], n_limbs, others[:count], row, column, k, inside, rays
+                    seen[k - n_limbs] += _supersample(
+                        picture, depth, slopes, solid, paint[k], n_limbs, others[:count], row, column, k, inside, rays
                     )
     return seen
 
@@ -163,14 +163,14 @@ def _copy(plane: Singles, out: Singles) -> None:
 
 
 @compiled
-def _strike_row(x: Singles, y: Singles, limb: Solid, near: Singles, light: Singles) -> None:
+def _intersect_row(x: Singles, y: Singles, limb: Solid, near: Singles, light: Singles) -> None:
     for column in range(len(x)):
-        z, cosine = strike(x[column], y[column], limb)
+        z, cosine = intersect(x[column], y[column], limb)
         near[column], light[column] = z, AMBIENT + (ONE - AMBIENT) * cosine
 
 
 @compiled
-def _clear_row(x: Singles, y: Singles, ball: Solid, away: Singles) -> None:
+def _distance_row(x: Singles, y: Singles, ball: Solid, away: Singles) -> None:
     """Put into ``away`` how far from the surface of a ball each ray passes, negative if it enters, metres."""
     for column in range(len(x)):
         u, v = x[column], y[column]
@@ -186,7 +186,7 @@ def _paint_row(plane: Singles, depth: Singles, near: Singles, light: Singles, fu
 
 
 @compiled
-def _approach(depth: Singles, near: Singles) -> None:
+def _update_depth(depth: Singles, near: Singles) -> None:
     for column in range(len(depth)):
         depth[column] = min(depth[column], near[column])
 
@@ -215,8 +215,8 @@ def _neighbours(pixels: Floats, reach: Floats, marker: int, others: Integers) ->
 
 
 @compiled
-def _fine(
-    picture: Singles, depth: Singles, sight: Singles, solid: Singles, paint: Singles, n_limbs: int,
+def _supersample(
+    picture: Singles, depth: Singles, slopes: Singles, solid: Singles, paint: Singles, n_limbs: int,
     others: Integers, row: int, column: int, marker: int, inside: bool, rays: Singles,
 ) -> float:  # fmt: skip
     """Lay one marker over one pixel by sixteen rays; return the share of them that meet it first.
@@ -224,7 +224,7 @@ def _fine(
     ``rays`` (4, 16) is working space: slopes x and y, depth and light of the marker.
     """
     height, width = depth.shape
-    ball = numbers(solid, marker)
+    ball = unpack(solid, marker)
     before, after = max(column - 1, 0), min(column + 1, width - 1)
     above, below = max(row - 1, 0), min(row + 1, height - 1)
     # Limbs within a pixel: behind them nothing is seen, and where none is as near, only other markers can hide this.
@@ -234,27 +234,30 @@ def _fine(
             nearest, farthest = min(nearest, depth[i, j]), max(farthest, depth[i, j])
     if farthest < ball[2] - ball[7]:
         return 0.0
-    x, y = sight[0, row, column], sight[1, row, column]
+    x, y = slopes[0, row, column], slopes[1, row, column]
     if inside and nearest > ball[2]:  # one ray tells as much as sixteen, and only another marker can hide it
-        z, light = strike(x, y, ball)
+        z, light = intersect(x, y, ball)
         for j in others:
-            if j >= n_limbs and strike(x, y, numbers(solid, j))[0] <= z:
+            if j >= n_limbs and intersect(x, y, unpack(solid, j))[0] <= z:
                 return 0.0
         share, brightness = ONE, AMBIENT + (ONE - AMBIENT) * light
     else:
-        dx, dy = sight[0, row, after] - sight[0, row, before], sight[1, row, after] - sight[1, row, before]
-        ex, ey = sight[0, below, column] - sight[0, above, column], sight[1, below, column] - sight[1, above, column]
+        dx, dy = slopes[0, row, after] - slopes[0, row, before], slopes[1, row, after] - slopes[1, row, before]
+        ex, ey = (
+            slopes[0, below, column] - slopes[0, above, column],
+            slopes[1, below, column] - slopes[1, above, column],
+        )
         for i in range(SAMPLES * SAMPLES):
             u = np.float32(((i % SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
             v = np.float32(((i // SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
             rays[0, i], rays[1, i] = x + u * dx + v * ex, y + u * dy + v * ey
-            z, light = strike(rays[0, i], rays[1, i], ball)
+            z, light = intersect(rays[0, i], rays[1, i], ball)
             rays[2, i], rays[3, i] = z, AMBIENT + (ONE - AMBIENT) * light
         for j in others:
             if j >= n_limbs or nearest < ball[2]:
-                other = numbers(solid, j)
+                other = unpack(solid, j)
                 for i in range(SAMPLES * SAMPLES):
-                    z, _ = strike(rays[0, i], rays[1, i], other)
+                    z, _ = intersect(rays[0, i], rays[1, i], other)
                     rays[2, i] = FAR if z <= rays[2, i] else rays[2, i]
         share, brightness = ZERO, ZERO
         for i in range(SAMPLES * SAMPLES):
@@ -271,7 +274,7 @@ def _fine(
 
 
 @compiled
-def grained(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
+def add_grain(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
     """Fill ``planes`` (3, H, W) with ``room`` (3, H, W), in ``STEPS``, and ``grain`` from ``at`` on, as bytes.
 
     What ``room`` shows lies farther from black and from full light than the strongest grain.

@@ -33,7 +33,7 @@ CLEAR_S = 1.0
 """A shorter phrase is no good example of its class."""
 
 
-class Draw(NamedTuple):
+class Sample(NamedTuple):
     """What is drawn for one record: first frames and classes of gesture phrases, whether each is coupled, (L,), and
     first frames and patterns of intonation phrases, (K,)."""
 
@@ -44,13 +44,13 @@ class Draw(NamedTuple):
     patterns: Integers
 
 
-def draw(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Draw:
-    """Draw the script of one record of ``n_frames`` prosody frames. The gestures do not depend on ``coupling``."""
+def sample(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Sample:
+    """Sample the script of one record of ``n_frames`` prosody frames. The gestures do not depend on ``coupling``."""
     starts, labels = gesture_process(member, n_frames, generator(seed, "gestures", record))
     rng = generator(seed, "speech", record)
     coupled = rng.random(len(starts)) < coupling
     first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, rng)
-    return Draw(starts, labels, coupled, first, patterns)
+    return Sample(starts, labels, coupled, first, patterns)
 
 
 def write(
@@ -58,7 +58,7 @@ def write(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the script of one record: the segment tables of its gestures and of its prosody."""
     n_frames = round(duration_s / frame_s)
-    drawn = draw(member, record, n_frames, coupling, frame_s, seed)
+    drawn = sample(member, record, n_frames, coupling, frame_s, seed)
     gestures, patterns = (
         np.array(GESTURES, dtype=object)[drawn.gestures],
         np.array(NAMES, dtype=object)[drawn.patterns],

@@ -69,20 +69,20 @@ def limbs(motion: pd.DataFrame) -> Floats:
     return np.stack(ends, axis=1).reshape(len(motion), len(LIMBS), 2, 3)
 
 
-def sight(camera: Camera) -> Singles:
+def ray_slopes(camera: Camera) -> Singles:
     """Return the slopes x / z and y / z (2, H, W) of the ray of each pixel in the axes of ``camera``."""
     width, height = camera.size_px
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
     return np.ascontiguousarray(np.moveaxis(flatten(camera, grid), -1, 0), dtype=np.float32)
 
 
-def room(camera: Camera, sight: Singles) -> Singles:
+def room(camera: Camera, slopes: Singles) -> Singles:
     """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor.
 
     ``sight`` (2, H, W) is that of ``camera``.
     """
     width, height = camera.size_px
-    right, below = sight.astype(float)
+    right, below = slopes.astype(float)
     down = np.stack([right, below, np.ones((height, width))], axis=-1) @ camera.rotation
     place = camera.place_m
     along = np.where(down[..., 1] < -1e-9, -place[1] / np.minimum(down[..., 1], -1e-9), np.inf)

@@ -29,5 +29,5 @@ def shoot(
     seen = np.empty((len(cameras), *markers.shape[:2]))
     for camera, path, shown in zip(cameras, paths, seen, strict=True):
         with tables.replacing(path) as temporary:
-            film.encode(temporary, film.noted(film.frames(camera, limbs, markers, seed), shown), fps)
+            film.encode(temporary, film.record_visibility(film.frames(camera, limbs, markers, seed), shown), fps)
     return planted.in_views(cameras, markers, seen), planted.in_world(markers, seen, fps)

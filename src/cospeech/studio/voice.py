@@ -85,13 +85,13 @@ def speak(
     """
     duration_s = float(prosody["end_s"].iloc[-1])
     frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
-    draw = generator(seed, "voice", record)
+    rng = generator(seed, "voice", record)
     # Overlap-add turns pieces of unvoiced sound round at random: with Praat's generator, which so is ours.
-    run(f"random_initializeWithSeedUnsafelyButPredictably ({draw.integers(2**31)})\n")
+    run(f"random_initializeWithSeedUnsafelyButPredictably ({rng.integers(2**31)})\n")
     sound = np.zeros(round(duration_s * RATE_HZ))
     lag_s, intensity_db = np.full(len(frames_s), np.nan), np.full(len(frames_s), ROOM_DB)
     whole = plan(prosody, base_hz(voice))
-    for stretch in _stretches(prosody, _words(voice, scenario, draw)):
+    for stretch in _stretches(prosody, _words(voice, scenario, rng)):
         planted = whole.part(stretch.start_s, stretch.end_s)
         first, last = round(stretch.start_s * RATE_HZ), round(stretch.end_s * RATE_HZ)
         spoken, is_voiced = _with_pitch(stretch, planted, last - first)
@@ -100,7 +100,7 @@ def speak(
         intensity_db[here] = planted.intensity_at(frames_s[here])
         here = here[is_voiced(frames_s[here])]
         lag_s[here] = 1.0 / planted.pitch_at(frames_s[here])
-    sound += draw.normal(0.0, 10.0 ** (ROOM_DB / 20.0), len(sound))
+    sound += rng.normal(0.0, 10.0 ** (ROOM_DB / 20.0), len(sound))
     patterns = prosody["label"].to_numpy(dtype=object)[at_times(prosody, frames_s)]
     table = pd.DataFrame(
         {
@@ -147,12 +147,12 @@ def _synthesised(synthesiser: parselmouth.Data, text: str) -> tuple[parselmouth.
     return grid, sound
 
 
-def _words(voice: str, scenario: str, draw: np.random.Generator) -> Iterator[Floats]:
+def _words(voice: str, scenario: str, rng: np.random.Generator) -> Iterator[Floats]:
     """Yield the words of the story one after another, without its pauses, from a sentence on and for ever."""
     synthesiser = _synthesiser(voice)
     story = SENTENCES[scenario]
     spoken: dict[int, list[Floats]] = {}
-    place = int(draw.integers(len(story)))
+    place = int(rng.integers(len(story)))
     while True:
         if place not in spoken:
             spoken[place] = _cut(*_synthesised(synthesiser, story[place]))
