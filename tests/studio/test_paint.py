@@ -1,4 +1,4 @@
-"""Rays against capsules, held against marching along the ray; markers against rays cast one by one."""
+"""Ray casting of capsules compared with ray marching, and visible pixels of markers with a fine grid of rays."""
 
 import numba
 import numpy as np
@@ -12,14 +12,14 @@ WIDTH_PX = 116
 
 
 def distance(points, a, b, radius):
-    """The distance of points (..., 3) from a capsule."""
+    """Return the distance of points (..., 3) from a capsule."""
     along = b - a
     share = np.clip(((points - a) @ along) / max(along @ along, 1e-12), 0.0, 1.0)
     return np.linalg.norm(points - a - share[..., None] * along, axis=-1) - radius
 
 
 def march(rays, ends, radii):
-    """Depth (n,) and number (n,) of the solid that each of ``rays`` (n, 3) meets first, by small safe steps."""
+    """Return depth (n,) and index (n,) of the first solid on each of ``rays`` (n, 3), by ray marching."""
     unit = rays / np.linalg.norm(rays, axis=1, keepdims=True)
     gone = np.zeros(len(rays))
     for _ in range(150):
@@ -54,13 +54,13 @@ def drawn(camera, limbs, markers, widened=1.0):
 
 
 @pytest.mark.parametrize("view", range(5))
-def test_limbs_are_as_deep_as_marching_along_the_rays_finds_them(view, scene):
+def test_depth_of_limbs_matches_ray_marching(view, scene):
     limbs, markers = scene
     _, depth, rays, ends, radii = drawn(rig.cameras(WIDTH_PX, 3)[view], limbs, markers)
     found, _ = march(rays, ends[: len(limbs)], radii[: len(limbs)])
     hit = np.isfinite(found)
     assert hit.sum() > 400
-    # Rays that graze a limb are told apart by rounding alone.
+    # For rays that graze a limb, rounding decides whether they hit.
     assert (np.isfinite(depth.ravel()) != hit).mean() < 1e-3
     both = hit & np.isfinite(depth.ravel())
     error = np.abs(found[both] - depth.ravel()[both])
@@ -69,7 +69,7 @@ def test_limbs_are_as_deep_as_marching_along_the_rays_finds_them(view, scene):
 
 
 @pytest.mark.parametrize("view", range(5))
-def test_nothing_of_a_limb_or_marker_lies_outside_what_is_searched_for_it(view, scene):
+def test_no_part_of_a_solid_lies_outside_its_outline(view, scene):
     camera = rig.cameras(696, 3)[view]
     shown, depth, *_ = drawn(camera, *scene)
     with_room, deep, *_ = drawn(camera, *scene, widened=2.0)
@@ -80,7 +80,7 @@ def test_nothing_of_a_limb_or_marker_lies_outside_what_is_searched_for_it(view, 
 
 @numba.njit
 def nearest(rays, solid):
-    """The solid that each of ``rays`` (n, 2) enters first, -1 for none: every ray against every solid."""
+    """Return the index of the first solid on each of ``rays`` (n, 2), or -1, by brute force."""
     owner = np.full(len(rays), -1)
     for i in range(len(rays)):
         depth = np.inf
@@ -92,7 +92,7 @@ def nearest(rays, solid):
 
 
 @pytest.mark.parametrize("view", range(5))
-def test_of_every_marker_as_many_pixels_are_seen_as_a_fine_grid_of_rays_finds(view, scene):
+def test_visible_pixels_of_markers_match_a_fine_grid_of_rays(view, scene):
     limbs, markers = scene
     camera, fine = rig.cameras(WIDTH_PX, 3)[view], 8
     shown, _, _, ends, radii = drawn(camera, limbs, markers)

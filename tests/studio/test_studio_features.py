@@ -1,4 +1,4 @@
-"""Features without sound: of the schema, of the planted course, and as the sound's own features are."""
+"""Simulated features match their schema, follow the planted contours, and resemble features from the sound."""
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
@@ -21,10 +21,10 @@ def phrases(actor, record, duration_s):
 
 @pytest.fixture(scope="module", params=[("ada", "Female1"), ("deniz", "Male1")], ids=["woman", "man"])
 def pair(request):
-    """The features of the sound and those made without it, of one record of 60 s, and its patterns."""
+    """Features from the sound, simulated features, and patterns of one record of 60 s."""
     actor, name = request.param
     prosody = phrases(actor, "x", 60.0)
-    # In a process of its own, as a job is: the synthesiser remembers what it has spoken before.
+    # In a separate process, like a job: the synthesiser keeps state.
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as alone:
         sound, planted = alone.submit(voice.speak, "x", prosody, name, "documentary", FRAME_S, SEED).result()
     frames = measured.measure(sound, voice.RATE_HZ, frame_s=FRAME_S, window_s=0.05, pitch_min_hz=60, pitch_max_hz=400)
@@ -33,7 +33,7 @@ def pair(request):
     return heard, made, planted["pattern"].to_numpy()
 
 
-def test_the_table_obeys_its_schema_and_is_normalised():
+def test_the_table_matches_its_schema_and_is_normalised():
     made = features.features("x", phrases("ada", "x", 60.0), 180.0, FRAME_S, GAIN, SEED)
     tables.validate(made, "prosody", "x")
     assert len(made) == 2400
@@ -45,14 +45,14 @@ def test_the_table_obeys_its_schema_and_is_normalised():
         np.testing.assert_allclose(made[f"d_{name}"], np.diff(made[name], prepend=made[name].iloc[0]))
 
 
-def test_the_same_table_twice_and_another_for_another_record():
+def test_a_table_is_reproducible_and_differs_between_records():
     prosody = phrases("ada", "x", 30.0)
     one, again, other = (features.features(name, prosody, 180.0, FRAME_S, GAIN, SEED) for name in ("x", "x", "y"))
     pd.testing.assert_frame_equal(one, again)
     assert (one["intensity"] != other["intensity"]).all()
 
 
-def test_voiced_frames_lie_on_the_planted_course():
+def test_voiced_frames_follow_the_planted_contours():
     prosody = segments.from_starts("x", [0, 40, 80], ["p3", "p1", "p7"], 1200, 40.0)
     made = features.features("x", prosody, 100.0, FRAME_S, GAIN, SEED)
     level = made["lag_s"][:40][made["pitch_gain"][:40] > GAIN]
@@ -62,8 +62,8 @@ def test_voiced_frames_lie_on_the_planted_course():
     assert loudness[42:78].mean() == pytest.approx(-60, abs=0.5)
 
 
-def test_each_pattern_has_the_mean_that_it_has_in_the_sound(pair):
-    """Within the spread of what was measured once for all patterns and voices, and is drawn for each."""
+def test_each_pattern_has_the_same_mean_as_in_the_sound(pair):
+    """The tolerances cover differences between patterns and voices, whose measured parameters are pooled."""
     heard, made, patterns = pair
     for name in NAMES:
         here = patterns == name
@@ -77,10 +77,10 @@ def test_each_pattern_has_the_mean_that_it_has_in_the_sound(pair):
             assert abs(12 * np.log2(lags[0] / lags[1])) < 1.0
 
 
-def test_frames_vary_as_they_vary_in_the_sound(pair):
+def test_frames_vary_as_in_the_sound(pair):
     heard, made, patterns = pair
     speaks = patterns != "p1"
     for name, rel in {"intensity": 0.15, "d_intensity": 0.25, "pitch_gain": 0.2, "d_pitch_gain": 0.25}.items():
         assert made[name][speaks].std() == pytest.approx(heard[name][speaks].std(), rel=rel), name
     share = [(table["pitch_gain"][speaks] > GAIN).mean() for table in (heard, made)]
-    assert share[0] == pytest.approx(share[1], abs=0.08)  # one figure for two voices that are 5 % apart
+    assert share[0] == pytest.approx(share[1], abs=0.08)  # one parameter for two voices that differ by 5 %

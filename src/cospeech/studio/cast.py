@@ -1,7 +1,8 @@
-"""The cast: the planted behaviour of one virtual actor, drawn once from the seed and the actor's name.
+"""The cast: the planted behaviour of a virtual actor, sampled once from the seed and the actor's name.
 
-A cast member is a semi-Markov process of gesture phrases (Özkul 2012, 5.1) with the prosody patterns that go with
-each gesture: exactly the model that the synthesis room estimates, so that an estimate can be held against the truth.
+A cast member is a semi-Markov process of gesture phrases (Özkul 2012, 5.1) with a distribution of prosody patterns
+for each gesture. This is exactly the model that the synthesis room estimates, so that estimates can be compared with
+the ground truth.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from cospeech.studio.patterns import NAMES, PAUSE
 
 REST = GESTURES.index("rest")
 
-# Of each gesture: how often it is chosen, its mean duration in seconds, and the gesture that it likes to lead to.
+# For each gesture: its relative frequency, its mean duration in seconds, and the gesture that habitually follows it.
 HABITS = {
     "raise_both": (1.0, 2.3, "open"),
     "rest": (0.0, 2.0, None),
@@ -43,9 +44,9 @@ class Member:
     """The planted parameters of one actor.
 
     ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
-    durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) holds the
-    distribution of prosody patterns in a gesture phrase whose speech is coupled to it. Gestures are in the order of
-    ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
+    durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) is the
+    distribution of prosody patterns in gesture phrases whose speech is coupled to the gesture. Gestures are in the
+    order of ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
     """
 
     actor: str
@@ -55,7 +56,7 @@ class Member:
     coupled: Floats
 
     def occupancy(self) -> Floats:
-        """Return the long-run share of frames that each gesture holds, (G,)."""
+        """Return the long-run fraction of frames in each gesture, (G,)."""
         n = len(self.initial)
         balance = np.vstack([self.transitions.T - np.eye(n), np.ones(n)])
         visits = np.linalg.lstsq(balance, np.append(np.zeros(n), 1.0), rcond=None)[0]
@@ -63,16 +64,16 @@ class Member:
         return frames / frames.sum()
 
     def marginal(self) -> Floats:
-        """Return the long-run share of frames that each pattern holds, (P,): what uncoupled speech is drawn from."""
+        """Return the long-run fraction of frames in each pattern, (P,), from which uncoupled speech is sampled."""
         return self.occupancy() @ self.coupled
 
     def emissions(self, coupling: float) -> Floats:
-        """Return the probability of each pattern in a frame of each gesture, (G, P), at this coupling."""
+        """Return the probability of each pattern in a frame of each gesture, (G, P), at the given coupling."""
         return (1.0 - coupling) * self.marginal() + coupling * self.coupled
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """Return the random generator that belongs to ``names``, whatever else is drawn."""
+    """Return a random generator for ``names`` that is independent of all others."""
     return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
 
 
@@ -81,12 +82,12 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
 
     Parameters
     ----------
-    frame_s : distance of prosody frames, the grid of all planted durations.
-    max_duration_s : D_max, the longest gesture phrase that a model can hold.
+    frame_s : spacing of prosody frames, the grid of all planted durations.
+    max_duration_s : D_max, the longest gesture phrase that a model can represent.
 
     Raises
     ------
-    UserError : where D_max is shorter than the shortest gesture phrase of the studio.
+    UserError : if D_max is shorter than the gesture phrases of the studio.
     """
     bins = round(max_duration_s / frame_s)
     if bins * frame_s < 2 * SHORTEST_S:
@@ -106,14 +107,14 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
 
 
 def _initial(taste: Floats) -> Floats:
-    """Records open mostly at rest."""
+    """Return initial probabilities: records mostly start at rest."""
     initial = (1.0 - OPENS_AT_REST) * taste / taste.sum()
     initial[REST] = OPENS_AT_REST
     return initial
 
 
 def _transitions(taste: Floats, rng: np.random.Generator) -> Floats:
-    """From rest to what the actor likes; from a gesture often back to rest, else on along a habitual chain."""
+    """Return transition probabilities: rest to preferred gestures, a gesture to rest or to its habitual next one."""
     rows = np.zeros((len(GESTURES), len(GESTURES)))
     for i, gesture in enumerate(GESTURES):
         free = taste.copy()
@@ -127,7 +128,7 @@ def _transitions(taste: Floats, rng: np.random.Generator) -> Floats:
 
 
 def _durations(rng: np.random.Generator, frame_s: float, bins: int) -> Floats:
-    """Gamma densities on the grid of prosody frames, cut to the range of plausible phrases."""
+    """Return duration probabilities: truncated gamma densities on the grid of prosody frames."""
     seconds = np.arange(1, bins + 1) * frame_s
     possible = (seconds >= SHORTEST_S) & (seconds <= LONGEST_S)
     tempo = rng.uniform(0.88, 1.12)
@@ -141,7 +142,7 @@ def _durations(rng: np.random.Generator, frame_s: float, bins: int) -> Floats:
 
 
 def _coupled(rng: np.random.Generator) -> Floats:
-    """Each gesture has one pattern of its own and a second one; rest goes with pauses and soft asides."""
+    """Return pattern probabilities: each gesture has a main and a second pattern, rest has pauses and soft asides."""
     speaking = rng.permutation([p for p in range(len(NAMES)) if p != PAUSE])
     shift = int(rng.integers(1, len(speaking)))
     rows = np.zeros((len(GESTURES), len(NAMES)))

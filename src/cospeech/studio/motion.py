@@ -1,7 +1,8 @@
-"""The body: joint angles of the whole skeleton from the choreography of the hands.
+"""Motion of the whole body: joint angles from the choreography of the hands.
 
-Trunk and head sway slowly, breathe, turn to the hand that gestures and nod with the voice; the hips shift the weight
-from leg to leg while the feet stay where they are. Arms and legs follow by the geometry of two bones.
+The trunk sways slowly, breathes and turns towards the gesturing hand; the head sways and nods with the voice; the
+hips shift the weight from leg to leg while the feet stay in place. Arms and legs follow by two-bone inverse
+kinematics.
 """
 
 from __future__ import annotations
@@ -21,21 +22,21 @@ from cospeech.studio.patterns import PATTERNS
 UPPER_ARM_M, FOREARM_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("forearm", "hand"))
 THIGH_M, SHIN_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("shin", "foot"))
 KNEES_SOFT_M = 0.008
-"""How much lower than with straight legs the hips are."""
+"""How much softly flexed knees lower the hips."""
 
 NOD = {"p3": 2.0, "p4": 2.5, "p5": 3.5, "p6": 4.5, "p7": 6.0}
-"""Depth in degrees of the nod that goes with a prosody pattern."""
+"""Depth in degrees of the nod with each prosody pattern."""
 
 
 def perform(
     actor: str, record: str, gestures: pd.DataFrame, prosody: pd.DataFrame, fps: float, seed: int
 ) -> pd.DataFrame:
-    """Return the motion table, without noise, of one record.
+    """Return the noise-free motion table of one record.
 
     Parameters
     ----------
     gestures, prosody : the segment tables of the record in the script.
-    fps : frames a second of the motion.
+    fps : frame rate of the motion.
     """
     rng = generator(seed, "motion", record)
     manner = style(actor, seed)
@@ -54,14 +55,14 @@ def perform(
 
 
 def with_sensor_noise(motion: pd.DataFrame, noise_deg: float, record: str, seed: int) -> pd.DataFrame:
-    """Return the motion as a capture would deliver it: with white noise on every joint angle."""
+    """Return the motion as from motion capture, with white noise on every joint angle."""
     columns = skeleton.angle_columns()
     noise = generator(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
     return motion.assign(**{column: motion[column] + noise[:, k] for k, column in enumerate(columns)})
 
 
 def _wander(times_s: Floats, slow_hz: float, fast_hz: float, rng: np.random.Generator) -> Floats:
-    """Return a smooth, aimless course of unit variance, (T,): a few sines between two frequencies."""
+    """Return a smooth random signal (T,) of unit variance: a few sines between two frequencies."""
     hertz = rng.uniform(slow_hz, fast_hz, 5)
     phase = rng.uniform(0.0, 2.0 * np.pi, 5)
     return np.sin(2.0 * np.pi * hertz * times_s[:, None] + phase).sum(axis=1) / np.sqrt(2.5)
@@ -90,7 +91,7 @@ def _trunk(
 
 
 def _nods(times_s: Floats, prosody: pd.DataFrame, rng: np.random.Generator) -> Floats:
-    """Return the nods (T,) in degrees: down and up once in each accented intonation phrase."""
+    """Return the head nods (T,) in degrees: down and up once in each spoken intonation phrase."""
     nods = np.zeros(len(times_s))
     speaking = [pattern.name for pattern in PATTERNS if pattern.speaks]
     for start, end, label in zip(prosody["start_s"], prosody["end_s"], prosody["label"], strict=True):
@@ -103,7 +104,7 @@ def _nods(times_s: Floats, prosody: pd.DataFrame, rng: np.random.Generator) -> F
 
 
 def _arm(side: str, values: Floats, times_s: Floats, rng: np.random.Generator) -> dict[str, Floats]:
-    """Return the angles of arm, forearm and hand that follow the keys ``values`` (T, 8) of one hand."""
+    """Return the angles of arm, forearm and hand that follow the interpolated ``values`` (T, 8) of one hand."""
     mirror = 1.0 if side == "left" else -1.0
     outward = np.array([mirror, 1.0, 1.0])
     shoulder = OFFSET_M[f"{side}_arm"]
@@ -120,7 +121,7 @@ def _arm(side: str, values: Floats, times_s: Floats, rng: np.random.Generator) -
 
 
 def _legs(times_s: Floats, hips_deg: Floats, rng: np.random.Generator) -> tuple[Floats, dict[str, Floats]]:
-    """Return the course of the hips (T, 3) in metres, and the leg angles that keep the feet flat on their spots."""
+    """Return the displacement of the hips (T, 3) in metres, and leg angles that keep the feet flat and in place."""
     aside, ahead = 0.012 * _wander(times_s, 0.03, 0.15, rng), 0.006 * _wander(times_s, 0.03, 0.2, rng)
     shift = np.column_stack([aside, np.full(len(times_s), -KNEES_SOFT_M), ahead])
     turned = skeleton.rotations(hips_deg)

@@ -1,4 +1,4 @@
-"""The rig of the studio: five cameras on a semicircle before the actor, each a little off its planned place."""
+"""The camera rig of the studio: five cameras on a semicircle in front of the actor, with small random deviations."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ FULL_PX = (1392, 1040)
 RADIUS_M = 3.0
 TARGET_M = (0.0, 0.95, 0.0)
 FOCAL = 1.0
-"""Focal length in widths of the picture: at 3 m the actor with raised arms just fits the height."""
+"""Focal length in image widths: at 3 m, an actor with raised arms just fits into the image height."""
 
 
 def cameras(width_px: int, seed: int) -> list[Camera]:
-    """Return cameras c1 to c5, from the actor's right to the left, with pictures ``width_px`` wide."""
+    """Return cameras c1 to c5, from the actor's right to the left, with images ``width_px`` wide."""
     rng = np.random.default_rng([seed, 5])
     height_px = round(width_px * FULL_PX[1] / FULL_PX[0])
     rig = []

@@ -1,15 +1,15 @@
-"""The script: which gesture and which prosody pattern happens when, in every record.
+"""The script: the gesture phrases and intonation phrases of every record.
 
 Gesture phrases are a semi-Markov process; the last one is cut off by the end of the record. Speech is a sequence of
-intonation phrases whose duration is drawn from one distribution, whatever the pattern. With probability ``coupling``
-a gesture phrase is coupled: its speech starts with it, draws its patterns from the gesture's own distribution, and is
-cut off with it. Each run of uncoupled gesture phrases between two coupled ones is spoken over by a process that draws
-its patterns from the marginal distribution and ignores gesture boundaries. As durations tell nothing of the pattern,
-every frame of gesture i carries pattern p with probability (1 - coupling) m(p) + coupling b_i(p), exactly; and at
-coupling 0 the two processes are independent, boundaries included.
+intonation phrases whose durations have the same distribution for all patterns. With probability ``coupling`` a
+gesture phrase is coupled: its speech starts with it, samples patterns from the distribution of the gesture, and is
+cut off with it. During each run of uncoupled gesture phrases between coupled ones, speech samples its patterns from
+the marginal distribution and ignores gesture boundaries. As durations are independent of the pattern, every frame of
+gesture i has pattern p with probability exactly (1 - coupling) m(p) + coupling b_i(p); at coupling 0 the two
+processes are independent, including their boundaries.
 
-Both processes live on the grid of prosody frames, so that the planted durations are exact bins of the semi-Markov
-model; gesture phrases are therefore given in prosody frames, not in frames of the motion.
+Both processes are defined on the grid of prosody frames, so that the planted durations are exact bins of the
+semi-Markov model. Gesture phrases are therefore given in prosody frames, not in motion frames.
 """
 
 from __future__ import annotations
@@ -27,15 +27,18 @@ from cospeech.studio.cast import Member, generator
 from cospeech.studio.patterns import NAMES
 
 INTONATION_S = (0.4, 1.6)
-"""Shortest and longest intonation phrase; every length on the grid between them is equally likely."""
+"""Shortest and longest intonation phrase; all durations on the grid between them are equally likely."""
 
 CLEAR_S = 1.0
-"""A shorter phrase is no good example of its class."""
+"""Minimum duration of a phrase that is a clear example of its class."""
 
 
 class Sample(NamedTuple):
-    """What is drawn for one record: first frames and classes of gesture phrases, whether each is coupled, (L,), and
-    first frames and patterns of intonation phrases, (K,)."""
+    """The sampled script of one record.
+
+    First frames and classes of gesture phrases and whether each is coupled, (L,); first frames and patterns of
+    intonation phrases, (K,).
+    """
 
     gesture_starts: Integers
     gestures: Integers
@@ -45,7 +48,7 @@ class Sample(NamedTuple):
 
 
 def sample(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Sample:
-    """Sample the script of one record of ``n_frames`` prosody frames. The gestures do not depend on ``coupling``."""
+    """Return a random script of one record of ``n_frames`` prosody frames; gestures do not depend on ``coupling``."""
     starts, labels = gesture_process(member, n_frames, generator(seed, "gestures", record))
     rng = generator(seed, "speech", record)
     coupled = rng.random(len(starts)) < coupling
@@ -70,7 +73,7 @@ def write(
 
 
 def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
-    """Return first frames (L,) and classes (L,) of the gesture phrases that cover ``n_frames`` frames."""
+    """Sample gesture phrases that cover ``n_frames`` frames; return their first frames (L,) and classes (L,)."""
     rows = _cumulative(np.vstack([member.initial, member.transitions]))
     lasting = _cumulative(member.durations)
     starts, labels = [], []
@@ -93,7 +96,7 @@ def prosody_process(
     frame_s: float,
     rng: np.random.Generator,
 ) -> tuple[Integers, Integers]:
-    """Return first frames (K,) and patterns (K,) of the intonation phrases that cover ``n_frames`` frames."""
+    """Sample intonation phrases that cover ``n_frames`` frames; return their first frames (K,) and patterns (K,)."""
     shortest, longest = (round(limit / frame_s) for limit in INTONATION_S)
     own, marginal = _cumulative(member.coupled), _cumulative(member.marginal())
     opens = coupled | np.append(True, coupled[:-1])  # a coupled phrase, or the first of a run of uncoupled ones
@@ -111,7 +114,7 @@ def prosody_process(
 
 
 def _cumulative(probability: Floats) -> Floats:
-    """Return the distribution function, its last step exactly 1 and steps of no probability never taken."""
+    """Return the cumulative distribution, normalised so that it ends at exactly 1."""
     total = np.cumsum(probability, axis=-1)
     return total / total[..., -1:]
 
@@ -121,10 +124,11 @@ def _pick(distribution: Floats, rng: np.random.Generator) -> int:
 
 
 def examples(gestures: pd.DataFrame, count: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Return ``count`` annotated examples of each class (fewer where there are fewer) of one actor's records.
+    """Return up to ``count`` annotated examples of each class from the records of one actor.
 
-    Examples are whole phrases, never a record's last one, which its end cuts off, and clear ones before short ones.
-    They are taken from the records in turn, so that a fold that leaves a record out keeps examples of each class.
+    Examples are complete phrases, never the last one of a record, which is cut off; clear ones are preferred to short
+    ones. They are taken from the records in turn, so that a fold that leaves out a record keeps examples of each
+    class.
 
     Parameters
     ----------
