@@ -182,7 +182,7 @@ def test_invalid_clicks_are_reported(take, tmp_path):
     good.drop(columns="x_px").to_csv(path, index=False)
     with pytest.raises(UserError, match="column x_px is missing"):
         clicks.read(path, cameras, N_FRAMES)
-    with pytest.raises(UserError, match="file not found"):
+    with pytest.raises(UserError, match="no such file"):
         clicks.read(tmp_path / "none.csv", cameras, N_FRAMES)
     hidden = good[(good["marker"] != "chest") | (good["camera"] == "c1")]
     with pytest.raises(UserError, match="marker chest is clicked in 1 views of frame 0"):

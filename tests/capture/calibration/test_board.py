@@ -143,7 +143,7 @@ def test_too_few_boards_and_too_few_shared_ones_are_rejected():
     [
         ("columns = 4", "not a valid board definition"),
         ("columns =", "not a valid board definition"),
-        (None, "file not found"),
+        (None, "no such file"),
     ],
 )
 def test_an_invalid_board_definition_is_rejected(tmp_path, text, reason):

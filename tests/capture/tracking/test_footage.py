@@ -121,7 +121,7 @@ def test_variable_frame_rate_and_missing_colour_are_reported(films, tmp_path):
 
 
 def test_missing_damaged_and_truncated_films_are_reported(films, tmp_path):
-    with pytest.raises(UserError, match=r"c9\.mkv: film not found"):
+    with pytest.raises(UserError, match=r"c9\.mkv: no such file"):
         footage.probe(tmp_path / "c9.mkv")
     whole = (films / "c1.mkv").read_bytes()
     (tmp_path / "noise.mkv").write_bytes(b"no film" * 100)

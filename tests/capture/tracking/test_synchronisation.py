@@ -31,7 +31,7 @@ def scene(seed=0, seconds=12.0):
     return 0.2 * loud * rng.normal(0, 1, len(loud))
 
 
-def heard(samples, began_s, seed, noise=0.003):
+def recorded(samples, began_s, seed, noise=0.003):
     """Return the recording of a microphone from ``began_s`` on, with its own gain and noise."""
     first = round(began_s * RATE_HZ)
     part = samples[first : first + int(SECONDS * RATE_HZ)]
@@ -64,10 +64,10 @@ def take(tmp_path_factory):
     """Three films of one scene that began at ``BEGAN_S``, and the sound of the record, none of them in sync."""
     folder, samples = tmp_path_factory.mktemp("take"), scene()
     films = [
-        write(folder / f"{name}{ending}", heard(samples, began, number))
+        write(folder / f"{name}{ending}", recorded(samples, began, number))
         for number, ((name, began), ending) in enumerate(zip(BEGAN_S.items(), (".mkv", ".mp4", ".mkv"), strict=True))
     ]
-    soundfile.write(folder / "record.wav", heard(samples, 0.5, 5), RATE_HZ)
+    soundfile.write(folder / "record.wav", recorded(samples, 0.5, 5), RATE_HZ)
     return films, folder / "record.wav"
 
 
@@ -110,7 +110,7 @@ def test_films_without_sound_are_assumed_to_be_in_sync_unless_configured(tmp_pat
 
 def test_undetermined_offsets_are_rejected(tmp_path, take):
     films, sound = take
-    strange = write(tmp_path / "c4.mkv", heard(scene(seed=9), 0.0, 1))
+    strange = write(tmp_path / "c4.mkv", recorded(scene(seed=9), 0.0, 1))
     with pytest.raises(UserError, match=r"c4\.mkv: the sound matches .*record\.wav at no clear offset"):
         synchronisation.offsets([strange], sound, {})
     clock = np.zeros(int(SECONDS * RATE_HZ))

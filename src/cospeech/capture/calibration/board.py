@@ -83,7 +83,7 @@ def read(path: str | Path) -> Board:
         if columns < 2 or rows < 2 or not 0 < board.marker_m < square or not hasattr(cv2.aruco, dictionary):
             raise ValueError("invalid sizes or dictionary")
     except FileNotFoundError as error:
-        raise UserError(f"{path}: file not found; set capture.calibration.board to the board definition") from error
+        raise UserError(f"{path}: no such file; set capture.calibration.board to the board definition") from error
     except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a valid board definition ({error}); see charuco.toml of caliscope") from error
     return board

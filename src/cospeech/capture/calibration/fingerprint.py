@@ -20,7 +20,7 @@ def of(path: str | Path) -> str:
         with Path(path).open("rb") as film:
             return hashlib.file_digest(film, "sha256").hexdigest()
     except FileNotFoundError as error:
-        raise UserError(f"{path}: file not found; every camera of the rig needs one") from error
+        raise UserError(f"{path}: no such file; every camera of the rig needs one") from error
 
 
 def of_take(names: Sequence[str], take: Sequence[str | Path]) -> dict[str, str]:

@@ -29,7 +29,7 @@ def read(path: str | Path, cameras: Sequence[Camera], n_frames: int) -> pd.DataF
     try:
         table = pd.read_csv(path, comment="#", dtype={"camera": str, "marker": str})
     except FileNotFoundError as error:
-        raise UserError(f"{path}: file not found; create it, or remove it from the configuration") from error
+        raise UserError(f"{path}: no such file; create it, or remove it from the configuration") from error
     except (ValueError, pd.errors.ParserError) as error:
         raise UserError(
             f"{path}: not a CSV table ({str(error).splitlines()[0]}); the columns are {', '.join(COLUMNS)}"

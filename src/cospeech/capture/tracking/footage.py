@@ -59,7 +59,7 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
     """
     path = Path(path)
     if not path.is_file():
-        raise UserError(f"{path}: film not found; every camera of the rig needs one")
+        raise UserError(f"{path}: no such file; every camera of the rig needs one")
     try:
         with av.open(path) as container:
             stream = container.streams.video[0]
