@@ -15,13 +15,13 @@ help:
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
 
 report: .venv/report.stamp
-	$(BIN)/snakemake --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech report --config $(CONFIG) --cores $(CORES)
 
 sweep: .venv/report.stamp
-	$(BIN)/snakemake sweep --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech sweep --config $(CONFIG) --cores $(CORES)
 
 verify: .venv/report.stamp
-	$(BIN)/snakemake verify --configfile $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech verify --config $(CONFIG) --cores $(CORES)
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
@@ -35,7 +35,7 @@ lint: .venv/test.stamp
 
 bench: .venv/test.stamp
 	$(BIN)/python bench/markov.py
-	$(BIN)/python bench/semi.py
+	$(BIN)/python bench/hsmm.py
 	$(BIN)/python bench/kinematics.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
@@ -55,8 +55,8 @@ bench: .venv/test.stamp
 
 # Locks the newest versions that fit pyproject.toml, for Python 3.11 and newer (needs uv).
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra test --extra slurm pyproject.toml -o requirements-test.lock
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header -c requirements-test.lock pyproject.toml -o requirements.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build --extra test --extra slurm pyproject.toml -o requirements-test.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:
 	rm -rf results reports/*/index.html reports/*/seconds.html reports/*/figures reports/*/tables

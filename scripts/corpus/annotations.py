@@ -1,4 +1,4 @@
-"""The labelled examples of all records in one table."""
+"""Collect the annotations of all records in one table."""
 
 from cospeech.workflow import job
 

@@ -1,4 +1,4 @@
-"""The labelled examples of one record: from a person's annotations, planted by the studio, or none."""
+"""Annotated examples of one record: read from a file, planted by the studio, or none."""
 
 from cospeech.corpus import annotations
 from cospeech.workflow import job
@@ -10,5 +10,5 @@ with job.run(snakemake) as work:
         examples = annotations.read(work.input.annotations, name, duration_s, labels)
     else:
         planted = work.read(work.input.planted, "annotations") if work.input.get("planted") else None
-        examples = annotations.of_record(planted, name, duration_s, labels)
+        examples = annotations.select_record(planted, name, duration_s, labels)
     work.write(examples, work.output.annotations, "annotations")

@@ -1,4 +1,4 @@
-"""The gesture phrases of one record as ELAN and Praat files, for a person to correct and hand back."""
+"""Export the gesture phrases of one record to ELAN and Praat, for manual correction."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     segments = work.read(work.input.phrases, "segments")
-    spans, duration_s = annotations.spans_of(segments), float(segments["end_s"].iloc[-1])
+    spans, duration_s = annotations.segment_spans(segments), float(segments["end_s"].iloc[-1])
     audio = work.input.get("audio")
     media = Path(os.path.relpath(audio, Path(work.output.eaf).parent)).as_posix() if audio else None
     elan.write(work.output.eaf, annotations.TIER, spans, work.params["labels"], media)

@@ -1,4 +1,4 @@
-"""The record sheet of the run: one row a record."""
+"""Collect the record table of the run, one row per record."""
 
 from cospeech.workflow import job
 

@@ -7,5 +7,5 @@ with job.run(snakemake) as work:
     bootstrap = sessions.Bootstrap(**work.params["bootstrap"], seed=work.params["seed"])
     scores = work.read(work.input.scores, "record_scores")
     work.write(sessions.session_scores(scores, bootstrap), work.output.scores, "session_scores")
-    differences = sessions.differences(scores, work.params["clusters"], work.params["states"], bootstrap)
+    differences = sessions.differences(scores, work.params["main"], bootstrap)
     work.write(differences, work.output.differences, "differences")

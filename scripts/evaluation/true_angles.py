@@ -1,37 +1,25 @@
-"""What the weighted HSMM scores where the true joint angles of one actor take the place of those from the films."""
-
-import pandas as pd
+"""What a system scores where the true joint angles of one actor take the place of those from the films."""
 
 from cospeech.evaluation import scores
 from cospeech.segmentation import gesture
-from cospeech.synthesis import hsmm, hsmm_weighted
-from cospeech.synthesis.fold import fold
-from cospeech.synthesis.speech import frame_labels, heard
+from cospeech.synthesis.registry import installed
+from cospeech.synthesis.session import Driving, Session
+from cospeech.synthesis.training import Actor, fold
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    given, frame_s, censoring = work.params, work.params["frame_s"], work.params["censoring"]
-    how, rules = hsmm.Estimate(**given["estimate"]), scores.Rules(**given["rules"])
-    motions = {
-        record: work.read(path, "motion") for record, path in zip(given["records"], work.input.motion, strict=True)
-    }
-    examples = work.read(work.input.annotations, "annotations")
-
-    def phrases(others):
-        """The gesture phrases of some records, by a model that saw these records only."""
-        seen = {record: motions[record] for record in others}
-        model = gesture.train(seen, examples[examples["record"].isin(others)], given["settings"]).model
-        return pd.concat([gesture.phrases(model, record, motion, examples) for record, motion in seen.items()])
-
-    actual, rows = phrases(motions), []
-    for record, path in zip(motions, work.input.prosody, strict=True):
-        prosody = work.read(path, "segments")
-        known = fold(record, phrases([other for other in motions if other != record]), prosody, frame_s)
-        counted = hsmm.counts(known, how)
-        weight = hsmm_weighted.choose_weight(known, counted, how, given["weights"], censoring)
-        speech = heard(frame_labels(prosody), record, frame_s)
-        made = hsmm.synthesise(hsmm.train(counted.values(), how), speech, weight, censoring)
-        origin = {"system": "hsmm_weighted", **given["setting"], "actor": work.wildcards.actor, "record": record}
-        own = scores.phrases(actual[actual["record"] == record], rules)
-        rows += [origin | row for row in scores.record_scores(own, scores.phrases(made.phrases, rules), rules)]
-    work.write(pd.DataFrame(rows), work.output.scores, "record_scores")
+    given, records, name = work.params, work.params["records"], work.wildcards.actor
+    actor = Actor(name, records, given["frame_s"], given["settings"]["labels"], given["symbols"])
+    motions = work.read_each(records, work.input.motion, "motion")
+    actual, folds = gesture.leave_one_out(
+        motions, work.read(work.input.annotations, "annotations"), given["settings"]
+    )
+    system, made = installed(given["system"]), {}
+    for record, path in zip(records, work.input.prosody, strict=True):
+        training, streams = fold(actor, record, folds[record], work.read(path, "segments"))
+        driving = Driving(streams, record, actor.frame_s, given["seed"])
+        phrases = Session(training, given["shared"], given["own"]).synthesise(system, driving).phrases
+        made[scores.Scored(system.name, given["variant"], record, "planned")] = phrases
+    own = {record: actual[actual["record"] == record] for record in records}
+    table = scores.table(made, own, dict.fromkeys(records, name), scores.Rules(**given["rules"]))
+    work.write(table, work.output.scores, "record_scores")

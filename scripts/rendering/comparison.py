@@ -1,4 +1,4 @@
-"""Video of one record: film if there is one, original, synthesised and random side by side, with its sound."""
+"""Render the comparison video of one record: film (if any), original, synthesised and random motion, with sound."""
 
 from cospeech.data import tables
 from cospeech.rendering import video
@@ -11,5 +11,5 @@ with job.run(snakemake) as work:
     ]
     caption = f"{work.wildcards.record} · {work.corpus}"
     with tables.replacing(work.output.video) as path:
-        sound, shot = work.input.get("audio"), work.input.get("shot") or None
-        video.film(path, panels, caption, sound=sound, shot=shot, **work.params["settings"])
+        sound, footage = work.input.get("audio"), work.input.get("shot") or None
+        video.write_video(path, panels, caption, sound=sound, footage=footage, **work.params["settings"])

@@ -1,4 +1,4 @@
-"""One joint angle around a phrase boundary under each smoothing filter."""
+"""Apply each smoothing filter to one joint angle around a phrase boundary."""
 
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.workflow import job
@@ -10,8 +10,8 @@ with job.run(snakemake) as work:
     }
     pool = unit_selection.templates(work.read(work.input.gestures, "segments"), motions)
     selected = work.read(work.input.units, "units")
-    made = work.read(work.input.made, "motion")
-    angles = assembly.join(selected, pool, motions, len(made))
-    table = assembly.trial(angles, assembly.boundaries(selected), work.params["window"], skeleton.frame_rate(made))
+    motion = work.read(work.input.made, "motion")
+    angles = assembly.join(selected, pool, motions, len(motion))
+    table = assembly.trial(angles, assembly.boundaries(selected), work.params["window"], skeleton.frame_rate(motion))
     table = table.assign(system=work.params["system"], record=work.params["record"])
     work.write(table, work.output.table, "smoothing_trial")

@@ -1,4 +1,4 @@
-"""A typical picture of each gesture class, from real frames of the corpus."""
+"""Draw a typical frame of each gesture class from the corpus."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ with job.run(snakemake) as work:
         record: work.read(path, "motion")
         for record, path in zip(work.params["records"], work.input.motions, strict=True)
     }
-    table = stills.typical(phrases, motions, work.params["labels"])
+    table = stills.typical_frames(phrases, motions, work.params["labels"])
     work.write(table, work.output.table, "stills")
-    shots = dict(zip(work.params["records"], map(Path, work.input.shots), strict=False))
-    canvas.save(stills.grid(table, motions, shots), work.output.picture)
+    footage = dict(zip(work.params["records"], map(Path, work.input.shots), strict=False))
+    canvas.save(stills.grid(table, motions, footage), work.output.picture)

@@ -1,4 +1,4 @@
-"""Successive frames of a synthesised animation, one row an actor."""
+"""Draw successive frames of a synthesised animation, one row per actor."""
 
 from cospeech.formats import canvas
 from cospeech.rendering import stills

@@ -1,4 +1,4 @@
-"""Video of one synthesised record: the body from two sides, with the record's sound."""
+"""Render the video of one synthesised record: the body from two sides, with the sound of the record."""
 
 from cospeech.data import tables
 from cospeech.rendering import video
@@ -10,4 +10,4 @@ with job.run(snakemake) as work:
     )
     caption = f"{work.wildcards.record} · {work.corpus}"
     with tables.replacing(work.output.video) as path:
-        video.film(path, [panel], caption, sound=work.input.get("audio"), **work.params["settings"])
+        video.write_video(path, [panel], caption, sound=work.input.get("audio"), **work.params["settings"])

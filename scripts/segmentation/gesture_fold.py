@@ -1,4 +1,4 @@
-"""The gesture phrase model of one fold, trained without the held-out record, and the phrases of the other records."""
+"""Train the gesture model of one fold without its held-out record, and segment the fold's training records."""
 
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.workflow import job

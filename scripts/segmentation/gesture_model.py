@@ -1,4 +1,4 @@
-"""The gesture phrase model of one actor, trained on all of the actor's records."""
+"""Train the gesture model of one actor on all of the actor's records."""
 
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.workflow import job

@@ -1,4 +1,4 @@
-"""The gesture phrases of one record, decoded with its actor's model: the actual phrases of all evaluation."""
+"""Segment one record with its actor's gesture model; evaluation uses the result as the actual phrases."""
 
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.workflow import job

@@ -1,4 +1,4 @@
-"""The prosody clusters of one fold, and the intonation phrases of the actor's records."""
+"""Train the prosody clusters of one fold, and segment the actor's records into intonation phrases."""
 
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.workflow import job

@@ -1,4 +1,4 @@
-"""The prosody features of one record, and the statistics they are normalised with."""
+"""Compute the prosody features of one record, and the statistics used to normalise them."""
 
 import soundfile
 

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from cospeech.data.rng import random_source
 from cospeech.studio import cast, script
 from cospeech.workflow import job
 
@@ -15,7 +16,7 @@ with job.run(snakemake) as work:
         members.append(member)
         gestures.append(pd.concat([own for own, _ in written], ignore_index=True))
         prosody.extend(spoken for _, spoken in written)
-        rng = cast.generator(seed, "examples", actor)
+        rng = random_source(seed, "examples", actor)
         annotations.append(script.examples(gestures[-1], work.params["examples"], rng))
     for name, table in cast.tables(members, coupling, frame_s).items():
         work.write(table, work.output[name], name)

@@ -1,7 +1,7 @@
-"""What a person sees while Snakemake runs: one line for each finished job, with how far it is and how long still.
+"""Snakemake logger plugin: one line per finished job, with the progress of the run and the estimated time left.
 
-Snakemake finds the plugin by its name (``--logger cospeech``, which the default profile sets). Errors, and whatever
-else Snakemake has to say, pass through as it words them; ``--quiet progress`` leaves nothing but those.
+Snakemake finds the plugin by its name (``--logger cospeech``, set in the default profile). Errors and all other
+messages of Snakemake are passed on unchanged; with ``--quiet progress``, only these are shown.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from typing import NamedTuple
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from cospeech.workflow.progress import SAID_BY_JOBS, clock, tell
+from cospeech.workflow.progress import JOB_PROGRESS_VARIABLE, clock, write_line
 
 SILENT = (LogEvent.JOB_INFO, LogEvent.JOB_STARTED, LogEvent.JOB_FINISHED, LogEvent.RESOURCES_INFO, LogEvent.PROGRESS)
-"""Events that the lines of finished jobs stand for."""
+"""Events that are replaced by the lines for finished jobs."""
 
 SELECTING = "Select jobs to execute..."
-"""What Snakemake says before each job; it is no event."""
+"""Message of Snakemake before each job, which is not an event."""
 
 
 class Job(NamedTuple):
-    """A job that runs: its rule, what it does, and when it began."""
+    """A running job: its rule, its message, and its start time."""
 
     rule: str
     task: str
-    begun_s: float
+    start_s: float
 
 
 class LogHandler(LogHandlerBase):
-    """Follows the jobs, and writes to stderr."""
+    """Keeps track of the jobs and writes their progress to stderr."""
 
     writes_to_stream = True
     writes_to_file = False
@@ -43,17 +43,17 @@ class LogHandler(LogHandlerBase):
     needs_rulegraph = False
 
     def __post_init__(self) -> None:
-        self.begun_s = time.monotonic()
+        self.start_s = time.monotonic()
         self.planned: Counter[str] = Counter()
         self.running: dict[int, Job] = {}
         self.spent_s: defaultdict[str, float] = defaultdict(float)
         self.finished: Counter[str] = Counter()
         quiet = {str(kind) for kind in self.common_settings.quiet or ()}
         if not quiet & {"progress", "all"}:
-            os.environ[SAID_BY_JOBS] = "1"  # jobs inherit it
+            os.environ[JOB_PROGRESS_VARIABLE] = "1"  # inherited by the jobs
 
     def emit(self, record: LogRecord) -> None:
-        """Take note of an event, and write what there is to write."""
+        """Update the progress by an event, and write a line if there is something to report."""
         event = getattr(record, "event", None)
         if self.common_settings.dryrun:
             self._write(self.format(record))
@@ -71,29 +71,30 @@ class LogHandler(LogHandlerBase):
         now_s = time.monotonic()
         job = self.running.pop(number, Job("", f"job {number}", now_s))
         self.finished[job.rule] += 1
-        self.spent_s[job.rule] += now_s - job.begun_s
+        self.spent_s[job.rule] += now_s - job.start_s
         done, total = self.finished.total(), self.planned.total()
-        left = f"about {clock(self.left_s(now_s))} left" if done < total else "done"
+        left = f"about {clock(self.remaining_s(now_s))} left" if done < total else "done"
         self._write(
-            f"[{done}/{total}, {clock(now_s - self.begun_s)}, {left}] {job.task} ({now_s - job.begun_s:.1f} s)"
+            f"[{done}/{total}, {clock(now_s - self.start_s)}, {left}] {job.task} ({now_s - job.start_s:.1f} s)"
         )
 
-    def left_s(self, now_s: float) -> float:
-        """Return the seconds that the jobs still to run may take, as many side by side as so far.
+    def remaining_s(self, now_s: float) -> float:
+        """Return the estimated time left in seconds, assuming the same average number of parallel jobs as so far.
 
-        A job is expected to take what the jobs of its rule took, or, where none has finished, what the middle one of
-        the other rules takes: most rules are short, and the long ones, which come first, say little of them.
+        A job is expected to take the mean time of the finished jobs of its rule. If there are none, it is expected to
+        take the median of the mean times of the other rules: most rules are short, and a mean would be dominated by
+        the few long ones, which run first.
         """
         each_s = {rule: self.spent_s[rule] / number for rule, number in self.finished.items()}
         usual_s = median(each_s.values())
         expected_s = sum(
             (number - self.finished[rule]) * each_s.get(rule, usual_s) for rule, number in self.planned.items()
         )
-        expected_s -= sum(now_s - job.begun_s for job in self.running.values())
-        side_by_side = max(1.0, sum(self.spent_s.values()) / (now_s - self.begun_s))
-        return max(0.0, expected_s) / side_by_side
+        expected_s -= sum(now_s - job.start_s for job in self.running.values())
+        parallel = max(1.0, sum(self.spent_s.values()) / (now_s - self.start_s))
+        return max(0.0, expected_s) / parallel
 
     @staticmethod
     def _write(line: str) -> None:
         if line:
-            tell(line)
+            write_line(line)

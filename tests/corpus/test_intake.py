@@ -1,4 +1,4 @@
-"""Body and voice of a record, cut to the length they share; a record that does not hold together is refused."""
+"""Motion and speech of a record are trimmed to their common duration; inconsistent records are rejected."""
 
 from itertools import pairwise
 
@@ -9,18 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.corpus import intake
-from cospeech.corpus.retarget import Declaration
-from cospeech.data import segments, tables
+from cospeech.corpus.retarget import MotionConventions
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.formats import bvh
 from cospeech.motion import skeleton
-from cospeech.workflow.config import RECORD_FIELDS
+from cospeech.workflow.records import RECORD_FIELDS
 
-DECLARED = Declaration("y", "m", "cospeech", "hanging")
-LABELS = list(segments.GESTURES)
+CONVENTIONS = MotionConventions("y", "m", "cospeech", "hanging")
+LABELS = list(vocabulary.GESTURES)
 
 
-def given_record(**fields):
+def record_entry(**fields):
     return dict.fromkeys(RECORD_FIELDS) | {"record": "a", "actor": "x"} | fields
 
 
@@ -37,13 +37,15 @@ def write_wav(path, seconds, rate=16000):
     return str(path)
 
 
-def take(tolerance_s=1.0, late_s=0.0, **fields):
-    return intake.take(given_record(**fields), fields.get("motion"), late_s, DECLARED, LABELS, 0.025, tolerance_s)
+def read_record(tolerance_s=1.0, skipped_s=0.0, **fields):
+    return intake.read_record(
+        record_entry(**fields), fields.get("motion"), skipped_s, CONVENTIONS, LABELS, 0.025, tolerance_s
+    )
 
 
 @pytest.mark.parametrize(("body_s", "voice_s"), [(3.0, 3.0), (3.0, 3.4), (3.4, 3.0), (3.05, 3.02)])
-def test_body_and_voice_get_the_length_they_share(tmp_path, body_s, voice_s):
-    taken = take(motion=write_bvh(tmp_path / "a.bvh", body_s), audio=write_wav(tmp_path / "a.wav", voice_s))
+def test_motion_and_speech_are_trimmed_to_their_common_duration(tmp_path, body_s, voice_s):
+    taken = read_record(motion=write_bvh(tmp_path / "a.bvh", body_s), audio=write_wav(tmp_path / "a.wav", voice_s))
     shared = min(body_s, voice_s)
     row = taken.row.iloc[0]
     assert row["duration_s"] == pytest.approx(shared)
@@ -58,68 +60,70 @@ def test_body_and_voice_get_the_length_they_share(tmp_path, body_s, voice_s):
     tables.validate(taken.body, "motion", "body")
 
 
-def test_lengths_that_differ_too_much_are_refused_with_both(tmp_path):
+def test_durations_that_differ_too_much_are_rejected(tmp_path):
     with pytest.raises(
         UserError, match=r"record 'a': its motion lasts 5.000 s and its sound 3.000 s.*length_tolerance"
     ):
-        take(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 3))
+        read_record(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 3))
     with pytest.raises(UserError, match="too short"):
-        take(motion=write_bvh(tmp_path / "a.bvh", 0.5), audio=write_wav(tmp_path / "a.wav", 0.5))
+        read_record(motion=write_bvh(tmp_path / "a.bvh", 0.5), audio=write_wav(tmp_path / "a.wav", 0.5))
 
 
-def test_an_excerpt_takes_the_same_stretch_of_body_and_voice(tmp_path):
+def test_an_excerpt_is_the_same_part_of_motion_and_speech(tmp_path):
     motion, audio = write_bvh(tmp_path / "a.bvh", 10), write_wav(tmp_path / "a.wav", 10)
-    whole = take(motion=motion, audio=audio)
-    part = take(motion=motion, audio=audio, start_s=2.5, end_s=6.0)
+    whole = read_record(motion=motion, audio=audio)
+    part = read_record(motion=motion, audio=audio, start_s=2.5, end_s=6.0)
     assert part.row["duration_s"].iloc[0] == pytest.approx(3.5)
     np.testing.assert_allclose(part.voice, whole.voice[40000:96000])
     np.testing.assert_allclose(skeleton.angles(part.body), skeleton.angles(whole.body)[50:120], atol=1e-6)
     assert part.body["time_s"].iloc[0] == pytest.approx(0.025)
-    with pytest.raises(UserError, match=r"a\.bvh: lasts 10.000 s.*start_s and end_s"):
-        take(motion=motion, audio=audio, start_s=2.5, end_s=11.0)
+    with pytest.raises(UserError, match=r"a\.bvh: lasts 10.000 s and does not contain.*start_s and end_s"):
+        read_record(motion=motion, audio=audio, start_s=2.5, end_s=11.0)
 
 
-def test_sound_that_began_before_the_films_is_taken_from_where_they_begin(tmp_path):
+def test_sound_before_the_start_of_the_films_is_skipped(tmp_path):
     motion, audio = write_bvh(tmp_path / "a.bvh", 4), write_wav(tmp_path / "a.wav", 5)
-    whole = take(motion=motion, audio=audio)
-    late = take(motion=motion, audio=audio, late_s=0.75)
+    whole = read_record(motion=motion, audio=audio)
+    late = read_record(motion=motion, audio=audio, skipped_s=0.75)
     np.testing.assert_allclose(late.voice[: 3 * 16000], whole.voice[12000 : 12000 + 3 * 16000])
     assert late.row["note"].iloc[0].startswith("sound taken from 0.750 s on, where the films begin")
-    part = take(motion=motion, audio=audio, late_s=0.75, start_s=1.0, end_s=3.0)
+    part = read_record(motion=motion, audio=audio, skipped_s=0.75, start_s=1.0, end_s=3.0)
     np.testing.assert_allclose(part.voice, late.voice[16000:48000])
     np.testing.assert_allclose(skeleton.angles(part.body), skeleton.angles(late.body)[20:60], atol=1e-6)
 
 
-def test_joint_angles_of_films_and_markers_keep_the_files_that_they_come_from(tmp_path):
-    moved = take(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 5)).body
+def test_joint_angles_from_films_and_markers_name_their_source_files(tmp_path):
+    moved = read_record(motion=write_bvh(tmp_path / "a.bvh", 5), audio=write_wav(tmp_path / "a.wav", 5)).body
     moved.to_parquet(tmp_path / "motion.parquet")
     for field, path, source in (("views", "films/a", "video"), ("motion", "a.c3d", "markers")):
-        given = given_record(audio=str(tmp_path / "a.wav"), **{field: path})
-        row = intake.take(given, str(tmp_path / "motion.parquet"), 0.0, DECLARED, LABELS, 0.025, 1.0).row.iloc[0]
+        entry = record_entry(audio=str(tmp_path / "a.wav"), **{field: path})
+        row = intake.read_record(
+            entry, str(tmp_path / "motion.parquet"), 0.0, CONVENTIONS, LABELS, 0.025, 1.0
+        ).row.iloc[0]
         assert (row["motion_source"], row["motion_path"], row["motion_fps"]) == (source, path, 20.0)
 
 
-def test_neighbouring_excerpts_share_no_frame_and_lose_none(tmp_path):
+def test_adjacent_excerpts_share_no_frame_and_lose_none(tmp_path):
     motion, audio = write_bvh(tmp_path / "a.bvh", 10, 30.0), write_wav(tmp_path / "a.wav", 10)
     cuts = [0.0, 2.51, 5.0, 7.777, None]
-    parts = [take(motion=motion, audio=audio, start_s=start, end_s=end) for start, end in pairwise(cuts)]
+    parts = [read_record(motion=motion, audio=audio, start_s=start, end_s=end) for start, end in pairwise(cuts)]
     arm = np.concatenate([part.body["left_arm_x_deg"] for part in parts])
-    # an excerpt whose sound is a fraction of a frame shorter than its frames gives up its last one
+    # an excerpt whose sound is a fraction of a frame shorter than its motion loses its last frame
     assert set(np.round(np.diff(arm), 3)) <= {-0.1, -0.2}
     assert sum(len(part.voice) for part in parts) == pytest.approx(160000, abs=4 * 16000 / 30)
 
 
-def test_stereo_at_another_rate_is_handled_and_said(tmp_path):
+def test_stereo_at_another_rate_is_converted_and_noted(tmp_path):
     tone = 0.3 * np.sin(np.arange(24000) / 10)
     soundfile.write(tmp_path / "a.wav", np.column_stack([tone, tone]), 8000)
-    taken = take(motion=write_bvh(tmp_path / "a.bvh", 3), audio=str(tmp_path / "a.wav"))
+    taken = read_record(motion=write_bvh(tmp_path / "a.bvh", 3), audio=str(tmp_path / "a.wav"))
     note = taken.row["note"].iloc[0]
     assert "2 channels mixed down to one" in note
     assert "resampled from 8000 Hz" in note
     assert taken.row["audio_rate_hz"].iloc[0] == 8000
 
 
-def test_tables_of_ones_own_enter_in_the_middle(tmp_path):
+def test_user_supplied_tables_replace_motion_and_sound(tmp_path):
     rng = np.random.default_rng(0)
     prosody = {"frame": np.arange(400), "time_s": segments.frame_times(400, 40.0)}
     names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
@@ -128,13 +132,13 @@ def test_tables_of_ones_own_enter_in_the_middle(tmp_path):
     phrases = segments.from_starts("a", [0, 50, 90], ["rest", "left", "rest"], 202, 20.0)
     phrases.to_csv(tmp_path / "g.csv", index=False)
     files = {"gestures": str(tmp_path / "g.csv"), "prosody": str(tmp_path / "p.csv")}
-    taken = take(**files)
+    taken = read_record(**files)
     assert taken.row["duration_s"].iloc[0] == pytest.approx(10.0)
     assert taken.row["motion_source"].iloc[0] is None
     assert taken.body["end_frame"].tolist() == [50, 90, 200]
     tables.validate(taken.body, "segments", "body")
     tables.validate(taken.voice, "prosody", "voice")
-    part = take(**files, start_s=2.0, end_s=5.0)
+    part = read_record(**files, start_s=2.0, end_s=5.0)
     assert part.body["label"].tolist() == ["rest", "left", "rest"]
     assert part.body["start_frame"].tolist() == [0, 10, 50]
     assert len(part.voice) == 120
@@ -143,7 +147,7 @@ def test_tables_of_ones_own_enter_in_the_middle(tmp_path):
 
 @given(st.lists(st.integers(1, 30), min_size=1, max_size=12), st.integers(0, 100), st.integers(1, 200))
 @settings(max_examples=200, deadline=None)
-def test_cut_segments_are_the_labels_of_the_frames_between(lengths, first, width):
+def test_cut_segments_have_the_labels_of_the_selected_frames(lengths, first, width):
     labels = np.repeat(np.arange(len(lengths)), lengths)
     table = segments.from_labels("a", labels.astype(str), 25.0)
     first = min(first, len(labels) - 1)

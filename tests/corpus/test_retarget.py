@@ -1,10 +1,10 @@
-"""Another skeleton's motion on ours: every limb points where it pointed, whatever the axes, zero pose and joints."""
+"""Retargeting preserves the direction of every limb, whatever the axes, rest pose and joints of the source."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cospeech.corpus.retarget import AXES, Declaration, motion_table
+from cospeech.corpus.retarget import AXES, MotionConventions, motion_table
 from cospeech.errors import UserError
 from cospeech.formats import bvh, smplx
 from cospeech.formats.bvh import Clip
@@ -16,7 +16,7 @@ LIMBS = [
     for part, child in (("arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot"))
 ]
 
-# A body of another make: own names, collar bones and a vertebra that we do not have; offsets in its T-pose, y up.
+# A different skeleton: other names, collar bones and an additional vertebra; offsets in its T-pose, y up.
 OTHER = {
     "Hips": (None, (0, 95, 0)), "Spine": ("Hips", (0, 10, 0)), "Spine1": ("Spine", (0, 8, 0)),
     "Chest": ("Spine1", (0, 8, 0)), "Neck": ("Chest", (0, 25, 0)), "Head": ("Neck", (0, 10, 2)),
@@ -34,26 +34,28 @@ OURS = {
     "left_thigh": "LHip", "left_shin": "LKnee", "left_foot": "LAnkle",
     "right_thigh": "RHip", "right_shin": "RKnee", "right_foot": "RAnkle",
 }  # fmt: skip
-EXCHANGE = {"left": "right", "right": "left"}
-SWAPPED = {"_".join(EXCHANGE.get(word, word) for word in ours.split("_")): theirs for ours, theirs in OURS.items()}
+SWAP = {"left": "right", "right": "left"}
+SWAPPED = {"_".join(SWAP.get(word, word) for word in ours.split("_")): theirs for ours, theirs in OURS.items()}
 
 
 def other_clip(seed, up="y", n_frames=20, largest=0.9):
-    """The other body in random motion, its file's axes y up or z up."""
+    """The other skeleton in random motion, in a file with y up or z up."""
     rng = np.random.default_rng(seed)
     names = tuple(OTHER)
     parents = tuple(-1 if parent is None else names.index(parent) for parent, _ in OTHER.values())
     to_file = AXES[up].T
     offsets = np.array([offset for _, offset in OTHER.values()], dtype=float) @ to_file.T
     turns = rng.uniform(-largest, largest, (n_frames, len(names), 3))
-    turns[:, [names.index(name) for name in ("Hips", "Spine", "Spine1", "Chest")]] *= 0.2  # it stands
+    turns[:, [names.index(name) for name in ("Hips", "Spine", "Spine1", "Chest")]] *= (
+        0.2  # the trunk stays roughly upright
+    )
     rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(n_frames, len(names), 3, 3)
     root = rng.normal(0, 5, (n_frames, 3)) + np.array([3, 95, 7]) @ to_file.T
     return Clip(names, parents, rotations, {0: root}, 30.0, offsets, {})
 
 
 def places_by_hand(clip):
-    """World places of every joint of ``clip`` by walking down the chain, frame by frame: (T, J, 3)."""
+    """World positions (T, J, 3) of all joints of ``clip``, by following the chain frame by frame."""
     n_frames, n_joints = clip.rotations.shape[:2]
     places, world = np.zeros((n_frames, n_joints, 3)), np.zeros((n_frames, n_joints, 3, 3))
     for t in range(n_frames):
@@ -82,15 +84,15 @@ def check_limbs(motion, theirs, names, joints, axes):
 
 @pytest.mark.parametrize("zero", ["t_pose", "offsets"])
 @pytest.mark.parametrize("up", ["y", "z"])
-def test_every_limb_points_in_the_world_where_the_source_points(up, zero):
+def test_every_limb_keeps_its_direction_in_the_world(up, zero):
     clip = other_clip(1, up)
-    motion, notes = motion_table(clip, Declaration(up, "cm", OURS, zero), "a.bvh")
+    motion, notes = motion_table(clip, MotionConventions(up, "cm", OURS, zero), "a.bvh")
     check_limbs(motion, places_by_hand(clip), clip.names, OURS, AXES[up])
     assert notes == []
 
 
 @pytest.mark.parametrize("up", ["y", "z"])
-def test_an_a_pose_is_read_from_the_offsets_whatever_its_arms_do_at_rest(up):
+def test_a_rest_pose_with_bent_limbs_is_read_from_the_offsets(up):
     clip = other_clip(2, up)
     bent = clip.offsets.copy()
     for name, degrees in (("LElbow", -40), ("LWrist", -55), ("RElbow", 40), ("RWrist", 30), ("LKnee", 12)):
@@ -98,34 +100,34 @@ def test_an_a_pose_is_read_from_the_offsets_whatever_its_arms_do_at_rest(up):
         turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
         bent[joint] = AXES[up].T @ turn @ AXES[up] @ bent[joint]
     clip = Clip(clip.names, clip.parents, clip.rotations, clip.places, clip.fps, bent, {})
-    motion, _ = motion_table(clip, Declaration(up, "cm", OURS, "offsets"), "a.bvh")
+    motion, _ = motion_table(clip, MotionConventions(up, "cm", OURS, "offsets"), "a.bvh")
     check_limbs(motion, places_by_hand(clip), clip.names, OURS, AXES[up])
 
 
-def test_a_rest_pose_that_lies_in_its_own_axes_is_stood_up_by_the_rotations():
-    # the same body, described with the trunk along x, and stood up by its root rotation
+def test_a_lying_rest_pose_is_made_upright_by_the_rotations():
+    # the same body, described with its trunk along x and made upright by its root rotation
     clip = other_clip(3)
     lay = Rotation.from_euler("z", -90, degrees=True).as_matrix()  # y to x
     rotations = np.einsum("ij,tajk,lk->tail", lay, clip.rotations, lay)
     rotations[:, 0] = clip.rotations[:, 0] @ lay.T
     lying = Clip(clip.names, clip.parents, rotations, clip.places, clip.fps, clip.offsets @ lay.T, {})
-    upright, _ = motion_table(clip, Declaration("y", "cm", OURS, "offsets"), "a.bvh")
-    stood, _ = motion_table(lying, Declaration("y", "cm", OURS, "offsets"), "b.bvh")
+    upright, _ = motion_table(clip, MotionConventions("y", "cm", OURS, "offsets"), "a.bvh")
+    stood, _ = motion_table(lying, MotionConventions("y", "cm", OURS, "offsets"), "b.bvh")
     np.testing.assert_allclose(skeleton.angles(stood), skeleton.angles(upright), atol=1e-6)
 
 
-def test_our_own_skeleton_comes_back_as_it_was(tmp_path):
+def test_our_skeleton_is_read_back_unchanged(tmp_path):
     rng = np.random.default_rng(4)
     angles = rng.uniform(-40, 40, (30, len(skeleton.JOINTS), 3))
     root = rng.normal(0, 0.05, (30, 3))
     motion = skeleton.motion_table(root - root.mean(axis=0), angles, 20.0)
     bvh.write(motion, tmp_path / "a.bvh")
     for zero in ("hanging", "offsets"):
-        back, _ = motion_table(bvh.read(tmp_path / "a.bvh"), Declaration("y", "m", "cospeech", zero), "a.bvh")
+        back, _ = motion_table(bvh.read(tmp_path / "a.bvh"), MotionConventions("y", "m", "cospeech", zero), "a.bvh")
         np.testing.assert_allclose(back.to_numpy(), motion.to_numpy(), atol=2e-6)  # six decimals in the file
 
 
-def test_smplx_arms_hang_and_elbows_bend_as_ours():
+def test_smplx_arms_hang_and_elbows_bend_like_ours():
     turns = np.zeros((2, len(smplx.NAMES), 3))
     for side, sign in (("left", -1), ("right", 1)):
         turns[:, smplx.NAMES.index(f"{side}_collar"), 2] = sign * np.radians(10)
@@ -133,16 +135,16 @@ def test_smplx_arms_hang_and_elbows_bend_as_ours():
         turns[1, smplx.NAMES.index(f"{side}_elbow"), 1] = sign * np.radians(90)
     rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(2, -1, 3, 3)
     clip = Clip(smplx.NAMES, smplx.PARENTS, rotations, {0: np.zeros((2, 3))}, 30.0)
-    motion, _ = motion_table(clip, Declaration("y", "m", "smplx", "t_pose"), "a.npz")
+    motion, _ = motion_table(clip, MotionConventions("y", "m", "smplx", "t_pose"), "a.npz")
     expected = np.zeros((2, len(skeleton.JOINTS), 3))
     expected[1, [skeleton.JOINTS.index(f"{side}_forearm") for side in ("left", "right")], 0] = -90
     np.testing.assert_allclose(skeleton.angles(motion), expected, atol=1e-6)
     hands = placed(motion)
-    for side in ("left", "right"):  # forearms forward: the hand is before the elbow, at its height
+    for side in ("left", "right"):  # forearms point forward: the hand is in front of the elbow, at the same height
         np.testing.assert_allclose(hands[f"{side}_hand"][1] - hands[f"{side}_forearm"][1], [0, 0, 0.25], atol=1e-7)
 
 
-def test_smplx_in_a_world_with_z_up_is_the_same_body():
+def test_smplx_in_a_world_with_z_up_gives_the_same_motion():
     rng = np.random.default_rng(5)
     turns = rng.uniform(-0.4, 0.4, (10, len(smplx.NAMES), 3))
     rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(10, -1, 3, 3)
@@ -151,19 +153,19 @@ def test_smplx_in_a_world_with_z_up_is_the_same_body():
     in_z = rotations.copy()
     in_z[:, 0] = AXES["z"].T @ rotations[:, 0]
     other = Clip(smplx.NAMES, smplx.PARENTS, in_z, {0: trans @ AXES["z"]}, 30.0)
-    one, _ = motion_table(clip, Declaration("y", "m", "smplx", "t_pose"), "a.npz")
-    two, _ = motion_table(other, Declaration("z", "m", "smplx", "t_pose"), "b.npz")
+    one, _ = motion_table(clip, MotionConventions("y", "m", "smplx", "t_pose"), "a.npz")
+    two, _ = motion_table(other, MotionConventions("z", "m", "smplx", "t_pose"), "b.npz")
     np.testing.assert_allclose(two.to_numpy(), one.to_numpy(), atol=1e-9)
 
 
-def test_hips_move_from_their_mean_place_in_metres_and_our_axes():
+def test_hip_displacement_is_relative_to_the_mean_in_metres_and_our_axes():
     clip = other_clip(6, "z")
-    motion, _ = motion_table(clip, Declaration("z", "cm", OURS, "t_pose"), "a.bvh")
+    motion, _ = motion_table(clip, MotionConventions("z", "cm", OURS, "t_pose"), "a.bvh")
     x, y, z = (clip.places[0] - clip.places[0].mean(axis=0)).T / 100
     np.testing.assert_allclose(motion[list(skeleton.ROOT_COLUMNS)], np.column_stack([x, z, -y]), atol=1e-12)
 
 
-def test_hips_below_a_reference_joint_keep_their_place_and_turn():
+def test_hips_below_a_reference_joint_keep_their_position_and_orientation():
     clip = other_clip(7)
     turn = Rotation.from_euler("y", 20, degrees=True).as_matrix()
     names = ("Reference", *clip.names)
@@ -171,20 +173,20 @@ def test_hips_below_a_reference_joint_keep_their_place_and_turn():
     rotations = np.concatenate([np.broadcast_to(turn, (20, 1, 3, 3)), clip.rotations], axis=1)
     places = {0: np.full((20, 3), 11.0), 1: clip.places[0]}
     below = Clip(names, parents, rotations, places, clip.fps, np.vstack([np.zeros(3), clip.offsets]), {})
-    motion, _ = motion_table(below, Declaration("y", "cm", OURS, "t_pose"), "a.bvh")
+    motion, _ = motion_table(below, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
     theirs = places_by_hand(below)
     check_limbs(motion, theirs, names, OURS, np.eye(3))
     hips = theirs[:, 1] / 100
     np.testing.assert_allclose(motion[list(skeleton.ROOT_COLUMNS)], hips - hips.mean(axis=0), atol=1e-12)
 
 
-def test_joints_that_the_file_lacks_stay_at_zero_and_are_said():
+def test_missing_joints_have_zero_angles_and_are_noted():
     clip = other_clip(8)
     some = {ours: theirs for ours, theirs in OURS.items() if "hand" not in ours and ours != "spine"}
-    motion, notes = motion_table(clip, Declaration("y", "cm", some, "t_pose"), "a.bvh")
+    motion, notes = motion_table(clip, MotionConventions("y", "cm", some, "t_pose"), "a.bvh")
     assert (motion[skeleton.angle_columns(("spine", "left_hand", "right_hand"))] == 0).all(axis=None)
     assert notes == ["joints at zero angles, as the file lacks them: spine, left_hand, right_hand"]
-    whole, _ = motion_table(clip, Declaration("y", "cm", OURS, "t_pose"), "a.bvh")
+    whole, _ = motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
     ours, full = placed(motion), placed(whole)
     np.testing.assert_allclose(
         ours["left_hand"] - ours["left_forearm"], full["left_hand"] - full["left_forearm"], atol=1e-9
@@ -192,40 +194,40 @@ def test_joints_that_the_file_lacks_stay_at_zero_and_are_said():
 
 
 @pytest.mark.parametrize(
-    ("declared", "says"),
+    ("changes", "message"),
     [
         ({"joints": OURS | {"left_arm": "LArn"}}, "unknown joint 'LArn'; did you mean 'LArm'"),
         ({"joints": OURS | {"left_am": "LArm"}}, "config.*unknown joint 'left_am'; did you mean 'left_arm'"),
-        ({"joints": {"hips": "Hips"}}, "no joint is our 'chest'"),
-        ({"joints": "cospeech"}, "no joint is our 'hips'"),
+        ({"joints": {"hips": "Hips"}}, "no joint is mapped to 'chest'"),
+        ({"joints": "cospeech"}, "no joint is mapped to 'hips'"),
         ({"unit": "m"}, "upper arm is 28 m long"),
         ({"unit": "mm"}, "corpus.motion.unit"),
         ({"up": "z", "zero": "offsets"}, "leans .* degrees from upright"),
         ({"joints": SWAPPED}, "'RArm' is on the actor's right"),
-        ({"joints": SWAPPED, "zero": "offsets"}, "exchange left and right"),
-        ({"zero": "hanging"}, "'LArm' points elsewhere than in hanging"),
+        ({"joints": SWAPPED, "zero": "offsets"}, "swap left and right"),
+        ({"zero": "hanging"}, "'LArm' does not point as in hanging"),
     ],
 )
-def test_a_declaration_that_does_not_fit_the_file_is_refused(declared, says):
+def test_conventions_that_do_not_fit_the_file_are_rejected(changes, message):
     fitting = {"up": "y", "unit": "cm", "joints": OURS, "zero": "t_pose"}
-    with pytest.raises(UserError, match=says) as caught:
-        motion_table(other_clip(9), Declaration(**fitting | declared), "a.bvh")
+    with pytest.raises(UserError, match=message) as caught:
+        motion_table(other_clip(9), MotionConventions(**fitting | changes), "a.bvh")
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_offsets_that_cannot_tell_how_a_bone_is_turned_are_refused():
+def test_offsets_that_leave_the_axial_rotation_undetermined_are_rejected():
     clip = other_clip(10)
     offsets = clip.offsets.copy()
-    offsets[clip.names.index("LKnee")] = [0, 43, 0]  # all bones along one axis, as some exporters write them
+    offsets[clip.names.index("LKnee")] = [0, 43, 0]  # all bones along one axis, as written by some exporters
     clip = Clip(clip.names, clip.parents, clip.rotations, clip.places, clip.fps, offsets, {})
     with pytest.raises(UserError, match=r"'LHip' points up"):
-        motion_table(clip, Declaration("y", "cm", OURS, "offsets"), "a.bvh")
+        motion_table(clip, MotionConventions("y", "cm", OURS, "offsets"), "a.bvh")
 
 
-def test_who_faces_elsewhere_is_said():
+def test_an_unusual_heading_is_noted():
     clip = other_clip(11, largest=0.1)
     clip.rotations[:, 0] = Rotation.from_euler("y", 90, degrees=True).as_matrix() @ clip.rotations[:, 0]
-    _, notes = motion_table(clip, Declaration("y", "cm", OURS, "t_pose"), "a.bvh")
+    _, notes = motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
     assert len(notes) == 1
     assert 80 < int(notes[0].split()[1]) < 100
     assert "left of +z" in notes[0]

@@ -1,4 +1,4 @@
-"""Tables of other programs: read without our metadata, held to our names, units and ranges."""
+"""Tables of other programs are read without our metadata and validated against our names, units and ranges."""
 
 import numpy as np
 import pandas as pd
@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.corpus import user_tables
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
 
-LABELS = list(segments.GESTURES)
+LABELS = list(vocabulary.GESTURES)
 
 
 def motion_table(n_frames=40, fps=25.0):
@@ -44,19 +44,19 @@ def save(table, path):
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
-def test_motion_of_another_program_is_read_as_it_is(tmp_path, name):
+def test_motion_of_another_program_is_read_unchanged(tmp_path, name):
     table, notes = user_tables.motion(save(motion_table(), tmp_path / name))
     np.testing.assert_allclose(table.to_numpy(), motion_table().to_numpy())
     assert notes == []
 
 
-def test_times_may_count_from_the_start_of_a_frame_and_frames_from_any_number(tmp_path):
+def test_times_may_be_frame_starts_and_frames_may_start_at_any_number(tmp_path):
     shifted = motion_table().assign(frame=np.arange(40) + 100, time_s=np.arange(40) / 25 + 4)
     table, _ = user_tables.motion(save(shifted, tmp_path / "a.csv"))
     np.testing.assert_allclose(table.to_numpy(), motion_table().to_numpy())
 
 
-def test_joints_that_the_table_lacks_stay_at_zero_and_are_said(tmp_path):
+def test_missing_joints_have_zero_angles_and_are_noted(tmp_path):
     arms = motion_table()[["frame", "time_s", *skeleton.ROOT_COLUMNS, *skeleton.angle_columns(skeleton.ARM_JOINTS)]]
     table, notes = user_tables.motion(save(arms, tmp_path / "a.parquet"))
     assert (table[skeleton.angle_columns(("head", "left_foot"))] == 0).all(axis=None)
@@ -69,28 +69,31 @@ def with_nan(table, column, row):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "says"),
+    ("corrupt", "message"),
     [
         (lambda t: t.drop(columns="root_x_m"), "column 'root_x_m' is missing"),
-        (lambda t: t.rename(columns={"root_x_m": "root_x_cm"}), "'root_x_m' is missing; is it 'root_x_cm'"),
-        (lambda t: t.rename(columns={"left_arm_x_deg": "left_arm_x_rad"}), "is it 'left_arm_x_rad'"),
+        (lambda t: t.rename(columns={"root_x_m": "root_x_cm"}), "'root_x_m' is missing; if it is 'root_x_cm'"),
+        (lambda t: t.rename(columns={"left_arm_x_deg": "left_arm_x_rad"}), "if it is 'left_arm_x_rad'"),
         (lambda t: t.rename(columns={"head_x_deg": "haed_x_deg"}), "unknown joint column 'haed_x_deg'.*'head_x_deg'"),
-        (lambda t: with_nan(t, "right_arm_y_deg", 7), "joint 'right_arm' is missing .NaN. or no number in frame 7"),
-        (lambda t: with_nan(t, "root_z_m", 3), "column 'root_z_m' is missing .NaN. or no number in frame 3"),
+        (
+            lambda t: with_nan(t, "right_arm_y_deg", 7),
+            "joint 'right_arm' is missing .NaN. or not a number in frame 7",
+        ),
+        (lambda t: with_nan(t, "root_z_m", 3), "column 'root_z_m' is missing .NaN. or not a number in frame 3"),
         (lambda t: t.astype({"left_arm_x_deg": str}).replace("x", "y").assign(left_arm_x_deg="abc"), "'left_arm'"),
-        (lambda t: t.drop(index=12), "uneven or missing at row"),
-        (lambda t: t.assign(time_s=t["time_s"] ** 2), "uneven"),
-        (lambda t: t.assign(time_s=0.0), "uneven"),
-        (lambda t: t.iloc[:1], "holds 1 frames"),
-        (lambda t: t.iloc[:0], "holds 0 frames"),
+        (lambda t: t.drop(index=12), "missing or not uniform at row"),
+        (lambda t: t.assign(time_s=t["time_s"] ** 2), "not uniform"),
+        (lambda t: t.assign(time_s=0.0), "not uniform"),
+        (lambda t: t.iloc[:1], "contains only 1 frame"),
+        (lambda t: t.iloc[:0], "contains only 0 frame"),
         (lambda t: t.assign(**{name: t[name] / 57.3 for name in t if name.endswith("_deg")}), "radians"),
-        (lambda t: t.assign(root_y_m=95.0), "write metres"),
+        (lambda t: t.assign(root_y_m=95.0), "convert to metres"),
     ],
 )
 @pytest.mark.parametrize("name", ["bad.csv", "bad.parquet"])
-def test_spoilt_motion_is_refused_in_one_line(tmp_path, name, spoil, says):
-    with pytest.raises(UserError, match=says) as caught:
-        user_tables.motion(save(spoil(motion_table()), tmp_path / name))
+def test_invalid_motion_is_rejected_in_one_line(tmp_path, name, corrupt, message):
+    with pytest.raises(UserError, match=message) as caught:
+        user_tables.motion(save(corrupt(motion_table()), tmp_path / name))
     assert name in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
 
@@ -103,7 +106,7 @@ def test_a_stated_unit_that_is_not_ours_is_refused(tmp_path):
         user_tables.motion(tmp_path / "bad.parquet")
 
 
-def test_a_table_of_ours_is_held_to_its_checksum(tmp_path):
+def test_the_checksum_of_our_tables_is_verified(tmp_path):
     path = tmp_path / "a.parquet"
     tables.write(motion_table(), path, "motion", corpus="x", config_hash="0")
     user_tables.motion(path)
@@ -117,29 +120,29 @@ def test_a_table_of_ours_is_held_to_its_checksum(tmp_path):
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
 def test_prosody_needs_no_raw_columns(tmp_path, name):
     table = user_tables.prosody(save(prosody_table(), tmp_path / name), 0.025)
-    tables.validate(table, "prosody", "own")
+    tables.validate(table, "prosody", "user")
     np.testing.assert_allclose(table["pitch_lag"], prosody_table()["pitch_lag"])
     assert table["lag_s"].isna().all()
 
 
 @pytest.mark.parametrize(
-    ("spoil", "says"),
+    ("corrupt", "message"),
     [
         (lambda t: t.drop(columns="d_pitch_gain"), "'d_pitch_gain' is missing"),
-        (lambda t: t.assign(time_s=t["time_s"] / 2), "frames are 0.0125 s apart, speech.frame_s says 0.025"),
-        (lambda t: with_nan(t, "intensity", 5), "'intensity' is missing .NaN. or no number in frame 5"),
-        (lambda t: t.assign(intensity=0.0), "never changes"),
+        (lambda t: t.assign(time_s=t["time_s"] / 2), "frame period is 0.0125 s, but speech.frame_s is 0.025"),
+        (lambda t: with_nan(t, "intensity", 5), "'intensity' is missing .NaN. or not a number in frame 5"),
+        (lambda t: t.assign(intensity=0.0), "is constant"),
         (lambda t: t.assign(pitch_gain=t["pitch_gain"] * 3), "pitch_gain.*outside"),
     ],
 )
-def test_spoilt_prosody_is_refused_in_one_line(tmp_path, spoil, says):
-    with pytest.raises(UserError, match=says) as caught:
-        user_tables.prosody(save(spoil(prosody_table()), tmp_path / "bad.parquet"), 0.025)
+def test_invalid_prosody_is_rejected_in_one_line(tmp_path, corrupt, message):
+    with pytest.raises(UserError, match=message) as caught:
+        user_tables.prosody(save(corrupt(prosody_table()), tmp_path / "bad.parquet"), 0.025)
     assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
-def test_gestures_of_one_record_of_many_are_taken(tmp_path, name):
+def test_gestures_are_selected_by_record(tmp_path, name):
     both = pd.concat([gesture_table("b"), gesture_table("a")], ignore_index=True)
     table = user_tables.gestures(save(both, tmp_path / name), "a", LABELS)
     pd.testing.assert_frame_equal(table, gesture_table("a"), check_dtype=False)
@@ -148,7 +151,7 @@ def test_gestures_of_one_record_of_many_are_taken(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "says"),
+    ("corrupt", "message"),
     [
         (
             lambda t: t.assign(label=["rest", "lefft", "left", "open"]),
@@ -161,15 +164,15 @@ def test_gestures_of_one_record_of_many_are_taken(tmp_path, name):
         (lambda t: t.assign(start_frame=t["start_frame"] + 0.5), "start_frame"),
     ],
 )
-def test_spoilt_gestures_are_refused_in_one_line(tmp_path, spoil, says):
-    with pytest.raises(UserError, match=says) as caught:
-        user_tables.gestures(save(spoil(gesture_table()), tmp_path / "bad.parquet"), "a", LABELS)
+def test_invalid_gestures_are_rejected_in_one_line(tmp_path, corrupt, message):
+    with pytest.raises(UserError, match=message) as caught:
+        user_tables.gestures(save(corrupt(gesture_table()), tmp_path / "bad.parquet"), "a", LABELS)
     assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1 no more", b"\xff\xfe\x00\x01", b"frame,time_s\n1,2,3,4\n", b'"'])
 @pytest.mark.parametrize("name", ["bad.csv", "bad.parquet"])
-def test_damaged_files_are_refused(tmp_path, name, content):
+def test_damaged_files_are_rejected(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
     for read in (
         user_tables.motion,
@@ -184,7 +187,7 @@ def test_damaged_files_are_refused(tmp_path, name, content):
 
 @settings(max_examples=80, deadline=None)
 @given(st.data())
-def test_a_spoilt_csv_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupted_csv_file_is_either_read_or_rejected(tmp_path_factory, data):
     lines = gesture_table().to_csv(index=False).splitlines()
     for _ in range(data.draw(st.integers(1, 3))):
         at = data.draw(st.integers(0, len(lines) - 1))
@@ -193,11 +196,11 @@ def test_a_spoilt_csv_is_read_or_refused_and_nothing_else(tmp_path_factory, data
             st.text(max_size=6) | st.floats().map(str) | st.integers().map(str)
         )
         lines[at] = ",".join(cells)
-    path = tmp_path_factory.mktemp("own") / "spoilt.csv"
+    path = tmp_path_factory.mktemp("corrupted") / "gestures.csv"
     path.write_text("\n".join(lines), encoding="utf-8", errors="surrogatepass")
     try:
         table = user_tables.gestures(path, "a", LABELS)
     except UserError:
         return
-    segments.check(table, "spoilt")
+    segments.check(table, "gestures")
     assert set(table["label"]) <= set(LABELS)

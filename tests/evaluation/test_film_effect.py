@@ -1,4 +1,4 @@
-"""The difference that filming makes, by hand, and its interval."""
+"""The effect of filming, compared with values computed by hand, and its interval."""
 
 import numpy as np
 import pandas as pd
@@ -12,11 +12,11 @@ SETTINGS = Bootstrap(samples=400, level=0.95, seed=1)
 RECORDS = ("ada_1", "ada_2", "ada_3", "ada_4")
 
 
-def records(measure, values, system="hsmm_weighted", bin_s=np.nan, states=3):
+def records(measure, values, system="hsmm_weighted", bin_s=np.nan, variant="clusters~8,states~3"):
     return pd.DataFrame(
         [
             {
-                "system": system, "clusters": 8, "states": states, "actor": "ada", "record": record,
+                "system": system, "variant": variant, "actor": "ada", "record": record, "phrases": "planned",
                 "measure": measure, "part": "whole", "bin_s": bin_s, "value": value, "duration_s": 60.0,
             }
             for record, value in zip(RECORDS, values, strict=True)
@@ -30,11 +30,11 @@ def effect(filmed, true):
     return found[found["actor"] == "all"].set_index("measure")
 
 
-def test_differences_are_relative_to_the_true_score_and_of_one_system_and_setting():
+def test_differences_are_relative_and_for_one_system_and_setting():
     found = effect(
         [
             records("S", [0.6, 0.7, 0.6, 0.62], bin_s=0.5), records("kappa", [0.2] * 4), records("D", [0.9] * 4),
-            records("D", [0.5] * 4, system="random"), records("D", [0.4] * 4, states=5),
+            records("D", [0.5] * 4, system="random"), records("D", [0.4] * 4, variant="clusters~8,states~5"),
         ],
         [records("D", [1.0] * 4), records("S", [0.6] * 4, bin_s=0.5), records("kappa", [0.0] * 4)],
     )  # fmt: skip
@@ -46,11 +46,11 @@ def test_differences_are_relative_to_the_true_score_and_of_one_system_and_settin
     assert found["n_records"].eq(4).all()
 
 
-def test_intervals_are_of_the_paired_difference():
-    """Records that differ much, but from their own truth always by as much, leave no doubt about the difference."""
+def test_intervals_are_computed_from_paired_differences():
+    """If all records differ from their planted score by the same amount, the interval has zero width."""
     true = [0.2, 0.9, 0.4, 0.7]
-    sure = effect([records("D", [value + 0.055 for value in true])], [records("D", true)]).loc["D"]
-    assert (sure["low_pct"], sure["high_pct"]) == pytest.approx((10.0, 10.0))
-    unsure = effect([records("D", [0.7, 0.4, 0.9, 0.2])], [records("D", true)]).loc["D"]
-    assert unsure["low_pct"] < -50.0 < 50.0 < unsure["high_pct"]
-    assert unsure["difference_pct"] == pytest.approx(0.0, abs=1e-9)
+    constant = effect([records("D", [value + 0.055 for value in true])], [records("D", true)]).loc["D"]
+    assert (constant["low_pct"], constant["high_pct"]) == pytest.approx((10.0, 10.0))
+    varying = effect([records("D", [0.7, 0.4, 0.9, 0.2])], [records("D", true)]).loc["D"]
+    assert varying["low_pct"] < -50.0 < 50.0 < varying["high_pct"]
+    assert varying["difference_pct"] == pytest.approx(0.0, abs=1e-9)

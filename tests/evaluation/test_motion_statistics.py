@@ -1,4 +1,4 @@
-"""Motion statistics: motions whose speed, acceleration and jerk are known."""
+"""Motion statistics of motions with known speed, acceleration and jerk."""
 
 import math
 
@@ -23,14 +23,14 @@ def table(root_m=None, angles=None, fps=FPS, n_frames=400):
 
 
 def swinging(amplitude_deg, rate_hz, n_frames=400, fps=FPS):
-    """A forearm that swings about the elbow: the hand runs on a circle of the forearm's length."""
+    """A forearm that swings about the elbow: the hand moves on a circle with the forearm as radius."""
     angles = np.zeros((n_frames, len(skeleton.JOINTS), 3))
     phase = 2 * np.pi * rate_hz * np.arange(n_frames) / fps
     angles[:, skeleton.JOINTS.index("left_forearm"), 0] = -45 + amplitude_deg * np.sin(phase)
     return table(angles=angles, fps=fps)
 
 
-def test_constant_speed_has_no_acceleration():
+def test_constant_velocity_has_no_acceleration():
     root = np.outer(np.arange(400) / FPS, [0.3, 0.0, 0.4])
     found = motion.magnitudes(table(root))
     for joint in motion.JOINTS:
@@ -48,16 +48,16 @@ def test_free_fall_and_a_constant_jerk():
     np.testing.assert_allclose(motion.magnitudes(table(cubic))["jerk", "left_hand"], 6.0, atol=1e-4)
 
 
-def test_a_swinging_hand_runs_at_radius_times_angular_speed():
+def test_the_speed_of_a_swinging_hand_is_radius_times_angular_speed():
     amplitude, rate = 10.0, 0.5
     found = motion.magnitudes(swinging(amplitude, rate))
     radius = abs(skeleton.OFFSET_M["left_hand"][1])
     fastest = radius * math.radians(amplitude) * 2 * math.pi * rate
     assert found["speed", "left_hand"].max() == pytest.approx(fastest, rel=1e-3)
-    assert found["speed", "left_forearm"].max() == pytest.approx(0, abs=1e-12)  # the elbow itself rests
+    assert found["speed", "left_forearm"].max() == pytest.approx(0, abs=1e-12)  # the elbow does not move
 
 
-def test_hellinger_by_hand():
+def test_hellinger_of_simple_distributions():
     assert motion.hellinger(np.array([1.0, 0.0]), np.array([0.0, 1.0])) == 1
     assert motion.hellinger(np.array([0.5, 0.5]), np.array([0.5, 0.5])) == 0
     expected = math.sqrt(1 - (math.sqrt(0.5 * 0.9) + math.sqrt(0.5 * 0.1)))
@@ -68,7 +68,7 @@ SHARES = st.lists(st.floats(0.001, 1), min_size=5, max_size=5).map(lambda x: np.
 
 
 @given(SHARES, SHARES, SHARES)
-def test_hellinger_is_a_distance(p, q, r):
+def test_hellinger_is_a_metric(p, q, r):
     d = motion.hellinger
     assert 0 <= d(p, q) <= 1
     assert d(p, q) == d(q, p)
@@ -76,9 +76,9 @@ def test_hellinger_is_a_distance(p, q, r):
     assert d(p, r) <= d(p, q) + d(q, r) + 1e-7
 
 
-def test_shares_put_what_is_beyond_into_the_last_bin():
+def test_values_beyond_the_last_edge_are_in_the_last_bin():
     edges = np.linspace(0, 1, 5)
-    assert motion.shares(np.array([0.0, 0.25, 0.99, 1.0, 7.0]), edges).tolist() == [0.2, 0.2, 0, 0.6]
+    assert motion.histogram(np.array([0.0, 0.25, 0.99, 1.0, 7.0]), edges).tolist() == [0.2, 0.2, 0, 0.6]
 
 
 ACTORS = {"a1": "a", "a2": "a", "b1": "b", "b2": "b"}
@@ -93,13 +93,13 @@ def motions():
     return found
 
 
-def test_statistics_tell_systems_apart(tmp_path):
+def test_statistics_distinguish_systems(tmp_path):
     statistics, histograms = motion.statistics(motions(), ACTORS, 40)
     wrist = statistics[(statistics["joint"] == "left_hand") & (statistics["quantity"] == "speed")]
     distance = wrist.groupby("system")["hellinger"].mean()
     assert math.isnan(distance[motion.ORIGINAL])
     assert distance["same"] == pytest.approx(0, abs=1e-7)
-    assert 0 < distance[motion.ANOTHER] < distance["still"]
+    assert 0 < distance[motion.OTHER_ORIGINAL] < distance["still"]
     assert set(statistics["fps"]) == {FPS}
     assert statistics.groupby("quantity")["unit"].first().to_dict() == motion.UNITS
     total = histograms.groupby(["system", "actor", "quantity", "joint"])["share"].sum()
@@ -108,16 +108,16 @@ def test_statistics_tell_systems_apart(tmp_path):
         tables.write(found, tmp_path / "t.parquet", name, corpus="virtual", config_hash="0")
 
 
-def test_another_original_is_the_mean_over_the_actor_s_other_records():
+def test_another_original_is_the_mean_over_the_other_records_of_the_actor():
     statistics, _ = motion.statistics(motions(), ACTORS, 40)
     where = (statistics["joint"] == "left_hand") & (statistics["quantity"] == "speed")
-    other = statistics[where & (statistics["system"] == motion.ANOTHER)].set_index("record")["hellinger"]
-    # Two records an actor: each is the other's only other one.
+    other = statistics[where & (statistics["system"] == motion.OTHER_ORIGINAL)].set_index("record")["hellinger"]
+    # With two records per actor, each is compared only with the other.
     assert other["a1"] == other["a2"]
     assert other["b1"] == other["b2"]
 
 
-def test_unlike_frame_rates_are_refused():
+def test_different_frame_rates_are_rejected():
     mixed = motions() | {("same", "b2"): swinging(20, 0.5, fps=25.0)}
     with pytest.raises(UserError, match=r"record 'b2' \(same\) has 25 frames/s"):
         motion.statistics(mixed, ACTORS, 40)
@@ -127,4 +127,4 @@ def test_motionless_originals_still_have_bins():
     still = {(motion.ORIGINAL, "a1"): table(), (motion.ORIGINAL, "a2"): table()}
     statistics, _ = motion.statistics(still, {"a1": "a", "a2": "a"}, 10)
     assert (statistics["mean"] == 0).all()
-    assert pd.notna(statistics.loc[statistics["system"] == motion.ANOTHER, "hellinger"]).all()
+    assert pd.notna(statistics.loc[statistics["system"] == motion.OTHER_ORIGINAL, "hellinger"]).all()

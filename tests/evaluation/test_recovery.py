@@ -1,4 +1,4 @@
-"""Recovery: planted and found sequences whose agreement is known, and a planted process that is recognised."""
+"""Recovery of planted and found sequences with known agreement, and tests of the planted process."""
 
 import math
 
@@ -19,7 +19,7 @@ def value(rows, quantity, **where):
     return found[0]["value"]
 
 
-def test_gestures_are_compared_by_time():
+def test_gestures_at_different_rates_are_compared_by_time():
     planted = segments.from_labels("r", np.repeat(["rest", "left"], [200, 200]), FPS)
     found = segments.from_labels("r", np.repeat(["rest", "left", "rest"], [90, 100, 10]), 20.0)
     rows = recovery.gestures(planted, found, FRAME_S)
@@ -29,7 +29,7 @@ def test_gestures_are_compared_by_time():
     assert [row["value"] for row in same] == [1, 1, 1]
 
 
-def test_prosody_agrees_with_scikit_learn_on_frames():
+def test_prosody_agreement_is_computed_over_frames():
     rng = np.random.default_rng(1)
     patterns = {record: np.repeat(rng.choice(["a", "b", "c"], 60), 20) for record in ("r1", "r2", "r3")}
     clusters = {r: np.where(rng.random(1200) < 0.8, np.char.add("p", p), "px") for r, p in patterns.items()}
@@ -42,11 +42,11 @@ def test_prosody_agrees_with_scikit_learn_on_frames():
     assert value(rows, "prosody_ami", part="training") == pytest.approx(adjusted_mutual_info_score(*training))
 
 
-def test_pitch_error_is_that_of_voiced_frames():
+def test_pitch_errors_are_computed_over_voiced_frames():
     time_s = segments.frame_times(100, FPS)
     planted = pd.DataFrame({"time_s": time_s, "lag_s": np.where(np.arange(100) < 60, 0.005, np.nan)})
     lag_s = np.full(100, 0.005 * 1.02)
-    lag_s[:6] *= 2  # octave errors in a tenth of the frames
+    lag_s[:6] *= 2  # octave errors in a tenth of the voiced frames
     gain = np.where(np.arange(100) < 80, 0.9, 0.1)
     rows = recovery.pitch(planted, pd.DataFrame({"time_s": time_s, "lag_s": lag_s, "pitch_gain": gain}), 0.4)
     assert value(rows, "pitch_error") == pytest.approx(0.02)
@@ -68,7 +68,7 @@ def model():
     return transitions, pd.DataFrame(bins, columns=["gesture", "bin", "duration_s", "probability"])
 
 
-def draw(rng, n_phrases=60, transitions=TRANSITIONS, durations=DURATIONS, record="r"):
+def sample_phrases(rng, n_phrases=60, transitions=TRANSITIONS, durations=DURATIONS, record="r"):
     labels, starts, state, at = [], [], 0, 0
     for _ in range(n_phrases):
         labels.append(GESTURES[state])
@@ -78,43 +78,43 @@ def draw(rng, n_phrases=60, transitions=TRANSITIONS, durations=DURATIONS, record
     return segments.from_starts(record, starts, labels, at, 1.0)
 
 
-def test_draws_of_the_planted_process_are_likely_as_often_as_they_should():
+def test_p_values_of_the_planted_process_are_uniform():
     transitions, durations = model()
     p = {"transitions_p": [], "durations_p": []}
     for seed in range(60):
         rng = np.random.default_rng(seed)
-        phrases = pd.concat([draw(rng, record=f"r{k}") for k in range(3)])
+        phrases = pd.concat([sample_phrases(rng, record=f"r{k}") for k in range(3)])
         for row in recovery.process(phrases, transitions, durations, seed):
             p[row["quantity"]].append(row["value"])
     for values in p.values():
-        # Uniform on (0, 1]: of 60 values 3 below 0.05 are expected; more than 10 have probability 3e-4.
+        # p-values are uniform on (0, 1]: of 60, 3 are expected below 0.05; more than 10 have probability 3e-4.
         assert sum(value < 0.05 for value in values) <= 10
         assert 0.3 < np.mean(values) < 0.7
 
 
-def test_another_process_is_recognised():
+def test_a_different_process_is_detected():
     transitions, durations = model()
     rng = np.random.default_rng(1)
-    other = draw(rng, 200, TRANSITIONS[[0, 2, 1]], DURATIONS[::-1])
+    other = sample_phrases(rng, 200, TRANSITIONS[[0, 2, 1]], DURATIONS[::-1])
     rows = recovery.process(other, transitions, durations, 1)
     assert value(rows, "transitions_p") < 0.01
     assert value(rows, "durations_p") < 0.01
 
 
-def test_what_the_plan_forbids_is_never_likely():
+def test_a_forbidden_transition_has_the_smallest_p_value():
     transitions, durations = model()
     phrases = segments.from_starts("r", [0, 2, 4, 6], ["rest", "rest", "left", "rest"], 8, 1.0)
     rows = recovery.process(phrases, transitions, durations, 1)
     assert value(rows, "transitions_p") == pytest.approx(1 / (recovery.SIMULATIONS + 1))
 
 
-def test_a_record_of_one_phrase_tells_nothing():
+def test_a_record_with_one_phrase_has_no_p_value():
     transitions, durations = model()
     phrases = segments.from_starts("r", [0], ["rest"], 8, 1.0)
     assert all(math.isnan(row["value"]) for row in recovery.process(phrases, transitions, durations, 1))
 
 
-def test_the_table_obeys_its_schema(tmp_path):
+def test_the_table_conforms_to_its_schema(tmp_path):
     rows = [
         {"quantity": "gesture_kappa", "actor": "a", "record": "r", "value": 0.9, "n": 10},
         {"quantity": "prosody_ami", "actor": "a", "record": "r", "clusters": 8, "states": 3, "part": "held_out",

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cospeech.data import segments
+from cospeech.data import segments, vocabulary
 from cospeech.evaluation import scores
 from cospeech.markov import hsmm
 
 FRAME_S, FPS = 0.025, 40.0
 N_FRAMES = 6000
-GESTURES = segments.GESTURES
-PATTERNS = segments.prosody_labels(8)
+GESTURES = vocabulary.GESTURES
+PATTERNS = vocabulary.prosody_labels(8)
 RULES = scores.Rules(GESTURES, (0.025, 0.25, 0.5), 10.0, 0.5, 3.0, 1.5, FRAME_S)
 
 

@@ -1,4 +1,4 @@
-"""The semi-Markov model against the sum and the maximum over all paths, and against models that were planted."""
+"""The HSMM against the sum and the maximum over all paths, and against planted models."""
 
 import dataclasses
 import itertools
@@ -28,7 +28,7 @@ def random_model(rng, n_states, n_symbols, n_bins, zeros=False):
             p = p / p.sum(axis=-1, keepdims=True)
         return p
 
-    return hsmm.SemiMarkov(
+    return hsmm.HSMM(
         states=tuple(f"g{n_states - i}" for i in range(n_states)),
         symbols=tuple(f"p{k + 1}" for k in range(n_symbols)),
         initial=rows(n_states),
@@ -95,7 +95,7 @@ def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
         observed = np.array(model.symbols, dtype=object)[codes]
         every = {path: probability(model, path, codes, weight, censoring) for path in all_paths(model, n_frames)}
         total = sum(every.values())
-        if total == 0:  # the zeros left no way through these frames
+        if total == 0:  # because of the zeros, no path covers these frames
             with pytest.raises(ValueError, match="no path"):
                 hsmm.decode(model, observed, weight, censoring)
             assert hsmm.log_likelihood(model, observed, weight, censoring) == -np.inf
@@ -169,7 +169,7 @@ def test_a_long_path_is_worth_what_its_tables_say(tmp_path):
 
 
 def score_by_rows(model_tables, phrases, observed, weight, censoring):
-    """The score of a path, looked up row by row as somebody with nothing but the files would do it."""
+    """The score of a path, looked up row by row in the tables."""
     look = {
         "initial": model_tables["initial"].set_index("gesture")["probability"].to_dict(),
         "transitions": model_tables["transitions"].set_index(["from_gesture", "to_gesture"])["probability"].to_dict(),
@@ -199,7 +199,7 @@ def score_by_rows(model_tables, phrases, observed, weight, censoring):
     st.sampled_from(["none", "right"]),
 )
 @settings(max_examples=60, deadline=None)
-def test_no_path_is_worth_more_than_the_best_and_all_cover_the_record(seed, n_frames, n_bins, weight, censoring):
+def test_no_path_scores_more_than_the_best_and_all_cover_the_sequence(seed, n_frames, n_bins, weight, censoring):
     rng = np.random.default_rng(seed)
     model = hsmm.floored(random_model(rng, 3, 2, n_bins, zeros=True), 1e-4)
     observed = np.array(model.symbols, dtype=object)[rng.integers(2, size=n_frames)]
@@ -215,13 +215,13 @@ def test_no_path_is_worth_more_than_the_best_and_all_cover_the_record(seed, n_fr
 
 
 def log_sum(terms):
-    """log sum exp, minus infinity where there is nothing to sum."""
+    """Log-sum-exp, minus infinity if there is nothing to sum."""
     largest = max(terms)
     return largest if largest == -math.inf else largest + math.log(math.fsum(math.exp(x - largest) for x in terms))
 
 
 def ending_in_logarithms(model, codes):
-    """The forward recursion of an explicit-duration model as textbooks write it, all of it in logarithms."""
+    """The forward recursion of an explicit-duration model in logarithms, as in textbooks."""
     with np.errstate(divide="ignore"):
         initial, transitions, emissions, durations = (
             np.log(p) for p in (model.initial, model.transitions, model.emissions, model.durations)
@@ -246,10 +246,10 @@ def ending_in_logarithms(model, codes):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
-    # States that agree with the speech for a while and then not at all: sums rise and fall by exp(1000) and more
-    # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again; few durations are
-    # possible, so that what was lost in the scaling would be missed.
+def test_sums_are_exact_for_emissions_that_differ_by_hundreds_of_orders(seed):
+    # States that agree with the symbols for a while and then not at all: sums rise and fall by exp(1000) and more
+    # within one duration, so that the scaled sums of the kernel overflow, underflow and start again. As few durations
+    # are possible, any loss in the scaling would be noticed.
     rng = np.random.default_rng(seed)
     model = random_model(rng, 3, 3, 60)
     sharp = np.full((3, 3), 1e-15) + np.eye(3)
@@ -267,8 +267,8 @@ def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
     assert total == pytest.approx(log_sum(expected[-1]), rel=1e-12)
 
 
-def test_equal_paths_are_told_apart_by_a_fixed_rule():
-    model = hsmm.SemiMarkov(
+def test_ties_are_broken_by_a_fixed_rule():
+    model = hsmm.HSMM(
         states=("b", "a"),
         symbols=("p1",),
         initial=np.full(2, 0.5),
@@ -276,13 +276,13 @@ def test_equal_paths_are_told_apart_by_a_fixed_rule():
         emissions=np.ones((2, 1)),
         durations=np.full((2, 4), 0.25),
     )
-    path = hsmm.decode(model, ["p1"] * 5)  # two phrases, wherever they meet, whichever states they are of
+    path = hsmm.decode(model, ["p1"] * 5)  # two segments of any states that meet anywhere
     assert path.labels.tolist() == ["b", "b"]
     assert path.starts.tolist() == [0, 4]
 
 
-def test_where_no_duration_reaches_the_first_phrase_may_be_any_length_up_to_the_longest():
-    model = hsmm.SemiMarkov(
+def test_the_first_segment_may_have_any_duration_up_to_the_longest():
+    model = hsmm.HSMM(
         states=("a",),
         symbols=("p1",),
         initial=np.ones(1),
@@ -304,13 +304,13 @@ def segment_table(labels, lengths, record="r"):
     return segments.from_starts(record, starts, labels, int(np.sum(lengths)), 1 / FRAME_S)
 
 
-def test_the_counts_of_a_small_record_by_hand():
+def test_the_counts_of_a_short_sequence_by_hand():
     # rest rest left rest, of 2, 1, 3 and 9 frames; the last is longer than the 4 bins
     phrases = segment_table(["rest", "rest", "left", "rest"], [2, 1, 3, 9])
     observed = ["p1"] * 4 + ["p2"] * 11
     counts = hsmm.count(phrases, observed, ("left", "rest", "right"), ("p1", "p2", "p3"), 4)
     model = hsmm.estimate(counts, floor=0.0)
-    assert model.states == ("left", "rest")  # nothing was seen of right
+    assert model.states == ("left", "rest")  # right does not occur
     np.testing.assert_allclose(model.initial, [0, 1])
     np.testing.assert_allclose(model.transitions, [[0, 1], [1 / 2, 1 / 2]])
     np.testing.assert_allclose(model.emissions, [[1 / 3, 2 / 3, 0], [3 / 12, 9 / 12, 0]])
@@ -324,7 +324,7 @@ def test_the_floor_is_the_least_share_before_the_scaling_and_the_sums_stay_one()
     model = hsmm.estimate(counts, floor=0.01)
     np.testing.assert_allclose(model.durations[0], np.array([0.01, 1, 0.01, 0.01, 0.01]) / 1.04)
     np.testing.assert_allclose(model.emissions[0], np.array([1, 0.01]) / 1.01)
-    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: anything may follow
+    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: any state may follow
     assert hsmm.to_tables(model, FRAME_S, 0.01)["initial"]["floor"].tolist() == [0.01, 0.01]
 
 
@@ -334,21 +334,21 @@ def test_smoothing_spreads_durations_and_keeps_their_mass():
     np.testing.assert_allclose(added.durations[0], (np.array([1, 0, 0, 0, 2, 0, 0, 0, 0]) + 0.5) / 7.5)
     spread = hsmm.estimate(counts, 0.0, "kernel", 1.0).durations[0]
     gauss = np.exp(-0.5 * np.arange(-8, 9) ** 2)
-    inner = gauss[4:13] / gauss[4:13].sum()  # the phrases of 5 frames, in the middle
-    edge = gauss[8:] / gauss[8:].sum()  # the phrase of 1 frame, all of it on this side of the edge
+    inner = gauss[4:13] / gauss[4:13].sum()  # the segments of 5 frames, in the middle
+    edge = gauss[8:] / gauss[8:].sum()  # the segment of 1 frame, all of it on this side of the edge
     np.testing.assert_allclose(spread, (2 * inner + edge) / 3, atol=1e-12)
 
 
 def test_planted_parameters_are_recovered_within_sampling_error():
     # Pearson's statistic of each multinomial against the planted probabilities, over the cells expected at least 5
-    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 in 1000 rows would not by chance.
+    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 row in 1000 is outside by chance.
     rng = np.random.default_rng(11)
     planted = random_model(rng, 4, 5, 30)
     records = []
     for r in range(300):
         state = rng.choice(4, p=planted.initial)
         states, lengths, observed = [], [], []
-        for _ in range(40):  # whole phrases, so that no record's end cuts one
+        for _ in range(40):  # whole segments, so that the end of a sequence cuts none
             states.append(planted.states[state])
             lengths.append(int(rng.choice(30, p=planted.durations[state])) + 1)
             observed.append(rng.choice(5, p=planted.emissions[state], size=lengths[-1]))
@@ -377,7 +377,7 @@ def test_planted_parameters_are_recovered_within_sampling_error():
             assert statistic < quantile, (name, row, statistic, quantile)
 
 
-# ---------------------------------------------------------------- what cannot be
+# ---------------------------------------------------------------- invalid input
 
 
 def test_wrong_input_is_named():
@@ -386,7 +386,7 @@ def test_wrong_input_is_named():
         hsmm.decode(model, ["p1", "p9"])
     with pytest.raises(UserError, match="no frame"):
         hsmm.decode(model, [])
-    with pytest.raises(UserError, match="cover 3 frames, its prosody 2"):
+    with pytest.raises(UserError, match="cover 3 frames, its observations 2"):
         hsmm.count(segment_table(["a"], [3]), ["p1", "p1"], ("a",), ("p1",), 4)
     with pytest.raises(UserError, match="label 'x'"):
         hsmm.count(segment_table(["x"], [2]), ["p1", "p1"], ("a",), ("p1",), 4)
@@ -409,8 +409,8 @@ def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
 @pytest.mark.parametrize("floor", [0.0, 1e-4])
 @pytest.mark.parametrize("n_bins", [5, 41, 120])
 @pytest.mark.parametrize("censoring", ["none", "right"])
-def test_long_records_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
-    # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
+def test_long_sequences_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
+    # Longer than the window of frames whose scores are kept, with sparse durations.
     rng = np.random.default_rng(21)
     n_frames = 2 * hsmm_kernels.SPAN + 77
     model = random_model(rng, 3, 4, n_bins, zeros=True)

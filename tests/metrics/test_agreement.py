@@ -1,4 +1,4 @@
-"""Frames right and Cohen's kappa, against scikit-learn and an example by hand."""
+"""Share of frames right and Cohen's kappa, against scikit-learn and an example by hand."""
 
 import math
 
@@ -23,12 +23,23 @@ def test_by_hand():
 
 def test_one_label_throughout():
     same = np.zeros(9, dtype=int)
-    assert math.isnan(agreement.kappa(same, same))
     assert agreement.kappa(same, same + 1) == 0
     mixed = np.array([0, 0, 0, 1, 1, 2, 2, 2, 2])
     assert agreement.kappa(mixed, same) == 0  # the most frequent label earns nothing
-    assert math.isnan(agreement.kappa(same[:0], same[:0]))
+
+
+def test_kappa_is_undefined_where_chance_agreement_is_perfect_or_there_is_no_frame():
+    same = np.full(9, 3)
+    for labels in (same, same[:0]):
+        assert math.isnan(agreement.kappa(labels, labels))  # a score, which means leave out
+        assert agreement.kappa(labels, labels, undefined=0.0) == 0.0  # a criterion, which is summed over records
     assert math.isnan(agreement.share_right(same[:0], same[:0]))
+
+
+def test_the_value_for_undefined_does_not_replace_any_other():
+    one, two = np.array([0, 0, 1]), np.array([0, 1, 1])
+    assert agreement.kappa(one, two, undefined=9.0) == agreement.kappa(one, two)
+    assert agreement.kappa(one, 0 * one, undefined=9.0) == 0.0
 
 
 @given(PAIRS)

@@ -1,4 +1,4 @@
-"""The drawn body: always inside the picture, and where an independent rasteriser puts it."""
+"""The drawn body stays inside the image and agrees with an independent rasteriser."""
 
 import numpy as np
 import pytest
@@ -13,21 +13,22 @@ PAINTER = figure.Painter()
 
 
 def surface(moving, frame, mesh=PAINTER.mesh, rest=PAINTER.rest):
-    """The vertices (V, 3) of the body in one frame, turned by the definition of their binding."""
-    placed = [
-        np.einsum("vab,vb->va", moving.turned[frame][joint], mesh.place - rest[joint]) + moving.placed[frame][joint]
+    """The vertices (V, 3) of the body in one frame, by the definition of linear blend skinning."""
+    first, second = (
+        np.einsum("vab,vb->va", moving.orientation[frame][joint], mesh.position - rest[joint])
+        + moving.position[frame][joint]
         for joint in mesh.joint.T
-    ]
-    share = mesh.share[:, None]
-    return share * placed[0] + (1 - share) * placed[1]
+    )
+    weight = mesh.weight[:, None]
+    return weight * first + (1 - weight) * second
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_the_figure_never_leaves_the_picture(seed):
+def test_the_figure_never_leaves_the_image(seed):
     rng = np.random.default_rng(seed)
     table = motion(120, seed=seed, walk_m=rng.choice([0, 0.02, 0.1]), turn_deg=rng.uniform(0, 720))
     angles = skeleton.angle_columns(("left_arm", "right_arm", "chest", "left_thigh"))
-    table[angles] = rng.uniform(-180, 180, (len(table), len(angles)))  # no position is too odd
+    table[angles] = rng.uniform(-180, 180, (len(table), len(angles)))  # including impossible poses
     moving = figure.pose(table)
     views = figure.cameras(PAINTER.extent([moving]), BOX)
     assert views[0].box[0] == BOX[0]
@@ -41,14 +42,14 @@ def test_the_figure_never_leaves_the_picture(seed):
             assert top <= y.min() <= y.max() <= bottom
 
 
-def test_all_views_show_the_body_at_one_size():
+def test_all_views_show_the_body_at_the_same_scale():
     moving = figure.pose(motion())
     front, side = figure.cameras(PAINTER.extent([moving]), BOX)
     assert front.distance == side.distance
     assert front.focal == side.focal
 
 
-def test_the_figure_fills_the_picture_in_one_direction():
+def test_the_figure_fills_the_image_in_one_direction():
     moving = figure.pose(motion(seed=3))
     view = figure.cameras(PAINTER.extent([moving]), BOX, [0.0])[0]
     pixels = np.concatenate([view.project(surface(moving, frame)) for frame in range(len(moving))])
@@ -58,13 +59,13 @@ def test_the_figure_fills_the_picture_in_one_direction():
 
 def draw(moving, view, background=255):
     image = np.full((150, 220, 3), background, dtype=np.uint8)
-    drawn = PAINTER.figure(moving, view, floor_m=-100.0)  # a floor so deep that no shadow is seen
+    drawn = PAINTER.figure(moving, view, floor_m=-100.0)  # the floor is so far below that no shadow is visible
     drawn.draw(image, 0)
     return image
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_silhouette_is_that_of_another_rasteriser(seed):
+def test_the_silhouette_matches_another_rasteriser(seed):
     moving = figure.pose(motion(seed=seed, turn_deg=180).iloc[[30]])
     for view in figure.cameras(PAINTER.extent([moving]), BOX):
         fine = 8
@@ -76,9 +77,9 @@ def test_the_silhouette_is_that_of_another_rasteriser(seed):
         covered = np.asarray(plate.resize((220, 150), Image.Resampling.BOX)) / 255
         ours = draw(moving, view)
         body_drawn = (ours != 255).any(axis=2)
-        assert body_drawn[covered > 0.9].all()  # no hole
-        assert not body_drawn[covered == 0].any()  # nothing beside it
-        # On the outline the paper shines through as far as it is not covered: four samples tell quarters.
+        assert body_drawn[covered > 0.9].all()  # no holes
+        assert not body_drawn[covered == 0].any()  # nothing outside the outline
+        # On the outline, the background shows through in proportion to the uncovered area, in steps of a quarter.
         edge = (covered > 0) & (covered < 1)
         shares = 1 - np.clip((ours[edge].min(axis=1) - 90.0) / 165, 0, 1)
         assert np.corrcoef(shares, covered[edge])[0, 1] > 0.7
@@ -86,7 +87,7 @@ def test_the_silhouette_is_that_of_another_rasteriser(seed):
 
 def test_what_is_in_front_hides_what_is_behind():
     angles = np.zeros((2, len(skeleton.JOINTS), 3))
-    # The bent forearm lies before the belly, or behind the back.
+    # The bent forearm is in front of the belly, or behind the back.
     angles[:, skeleton.JOINTS.index("left_arm")] = [[-35, -70, 0], [35, 70, 0]]
     angles[:, skeleton.JOINTS.index("left_forearm"), 0] = [-90, 90]
     table = skeleton.motion_table(np.zeros((2, 3)), angles, 20.0)
@@ -96,7 +97,7 @@ def test_what_is_in_front_hides_what_is_behind():
     shirt = np.array(figure.COLOURS["shirt"], dtype=float)
     for frame, (seen, unseen) in enumerate([(sleeve, shirt), (shirt, sleeve)]):
         moving = figure.pose(table.iloc[[frame]])
-        middle = (moving.placed[0, skeleton.JOINTS.index("left_forearm")] + moving.placed[0, 7]) / 2
+        middle = (moving.position[0, skeleton.JOINTS.index("left_forearm")] + moving.position[0, 7]) / 2
         column, row = view.project(middle).astype(int)
         colour = draw(moving, view)[row, column].astype(float)
         hue = colour / np.linalg.norm(colour)
@@ -106,12 +107,12 @@ def test_what_is_in_front_hides_what_is_behind():
 def test_left_is_on_the_right_of_the_front_view_and_nearer_in_the_side_view():
     moving = figure.pose(skeleton.motion_table(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)), 20.0))
     front, side = figure.cameras(PAINTER.extent([moving]), BOX)
-    left, right = (moving.placed[0, skeleton.JOINTS.index(f"{which}_hand")] for which in ("left", "right"))
+    left, right = (moving.position[0, skeleton.JOINTS.index(f"{which}_hand")] for which in ("left", "right"))
     assert front.project(left)[0] > front.project(right)[0]
     assert (left - right) @ side.axes[2] > 0
 
 
-def test_nothing_is_painted_outside_the_box():
+def test_nothing_is_drawn_outside_the_box():
     moving = figure.pose(motion(seed=1))
     view = figure.cameras(PAINTER.extent([moving]), BOX, [0.0])[0]
     near = figure.Camera(view.axes, view.target, view.distance / 3, view.focal, view.centre, view.box)
@@ -132,19 +133,21 @@ def test_the_shadow_lies_under_the_feet():
     PAINTER.figure(moving, view, floor_m).draw(image, 0)
     bare = draw(figure.pose(motion(seed=1).iloc[[0]]), view)
     darkened = np.argwhere((image < bare).any(axis=2))
-    foot = view.project(moving.placed[0, skeleton.JOINTS.index("left_foot")])[1]
+    foot = view.project(moving.position[0, skeleton.JOINTS.index("left_foot")])[1]
     assert np.abs(darkened[:, 0] - foot).mean() < 12
 
 
 @pytest.mark.parametrize("detail", [1, 3])
-def test_the_surface_is_closed_and_looks_outward(detail):
+def test_the_surface_is_closed_and_oriented_outward(detail):
     mesh = body.mesh(detail)
-    a, b, c, d = (mesh.place[mesh.face[:, k]].astype(float) for k in range(4))
+    a, b, c, d = (mesh.position[mesh.face[:, k]].astype(float) for k in range(4))
     across = np.cross(c - a, d - b)
     assert np.linalg.norm(mesh.normal, axis=1) == pytest.approx(1, abs=1e-3)
     along = np.einsum("fa,fa->f", across, mesh.normal[mesh.face].mean(axis=1))
     assert (along[np.linalg.norm(across, axis=1) > 1e-6] > 0).all()
-    assert np.einsum("fa,fa->", a + b + c + d, across) / 24 == pytest.approx(0.07, abs=0.02)  # m3: an adult's volume
-    sides = mesh.place[:, 0].min(), mesh.place[:, 0].max()
+    assert np.einsum("fa,fa->", a + b + c + d, across) / 24 == pytest.approx(
+        0.07, abs=0.02
+    )  # volume of an adult in m3
+    sides = mesh.position[:, 0].min(), mesh.position[:, 0].max()
     assert sides[0] == pytest.approx(-sides[1])
-    assert set(mesh.paint.tolist()) == set(range(len(body.PAINTS)))
+    assert set(mesh.material.tolist()) == set(range(len(body.MATERIALS)))

@@ -1,4 +1,4 @@
-"""Videos: what a decoder finds in them, and that the same input gives the same bytes."""
+"""Decoded videos have the expected frames and sound, and the same input gives the same bytes."""
 
 import hashlib
 import os
@@ -37,37 +37,37 @@ def decode(path):
         rate, lengths = streams["video"].average_rate, {}
         for kind, stream in streams.items():
             lengths[kind] = float(stream.duration * stream.time_base)
-    heard = np.zeros(0)
+    sound = np.zeros(0)
     if "audio" in streams:
         with av.open(str(path)) as film:
-            heard = np.concatenate([frame.to_ndarray()[0] for frame in film.decode(audio=0)])
-    return shown, float(rate), lengths, heard
+            sound = np.concatenate([frame.to_ndarray()[0] for frame in film.decode(audio=0)])
+    return shown, float(rate), lengths, sound
 
 
-def test_a_decoder_finds_every_frame_and_the_sound(tmp_path, tone):
+def test_every_frame_and_the_sound_can_be_decoded(tmp_path, tone):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
-    shown, rate, lengths, heard = decode(path)
+    video.write_video(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
+    shown, rate, lengths, sound = decode(path)
     assert len(shown) == N_FRAMES
     assert rate == FPS
     height, width = video.panel_size(HEIGHT)
     assert shown[0].shape == (height, 2 * width, 3)
     assert lengths["video"] == pytest.approx(N_FRAMES / FPS)
     assert lengths["audio"] == pytest.approx(lengths["video"], abs=1 / FPS)
-    spectrum = np.abs(np.fft.rfft(heard))
-    assert np.argmax(spectrum) / len(heard) * 16000 == pytest.approx(440, abs=1)
-    drawn = [image.copy() for image in video.pictures(panels(2), FPS, HEIGHT, "ada_1 · virtual")]
+    spectrum = np.abs(np.fft.rfft(sound))
+    assert np.argmax(spectrum) / len(sound) * 16000 == pytest.approx(440, abs=1)
+    drawn = [image.copy() for image in video.render(panels(2), FPS, HEIGHT, "ada_1 · virtual")]
     for ours, theirs in zip(drawn, shown, strict=True):
         error = np.mean((ours.astype(float) - theirs) ** 2)
-        assert 10 * np.log10(255**2 / error) > 28  # dB; the films are made small
+        assert 10 * np.log10(255**2 / error) > 28  # dB; the videos are strongly compressed
 
 
-def test_a_film_is_shown_beside_in_step(tmp_path):
-    """Each picture of the film has a brightness of its own; a video of half the rate shows every second one."""
+def test_footage_is_shown_in_sync_with_the_motion(tmp_path):
+    """Each picture of the film has a different brightness; a video at half the frame rate shows every second one."""
     planes = [np.stack([np.full((48, 64), y, np.uint8), *(np.full((48, 64), 128, np.uint8),) * 2]) for y in range(50)]
     studio.encode(tmp_path / "c3.mkv", planes, FPS)
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "ada_1", FPS / 2, HEIGHT, None, None, tmp_path / "c3.mkv")
+    video.write_video(path, panels(), "ada_1", FPS / 2, HEIGHT, None, None, tmp_path / "c3.mkv")
     shown, *_ = decode(path)
     height, width = video.panel_size(HEIGHT)
     assert shown[0].shape == (height, 2 * width, 3)
@@ -75,23 +75,23 @@ def test_a_film_is_shown_beside_in_step(tmp_path):
     np.testing.assert_allclose(middle, np.arange(1, 50, 2), atol=3)
 
 
-def test_the_same_film_is_the_same_bytes_on_one_core_and_on_all(tmp_path, tone):
+def test_the_bytes_do_not_depend_on_the_number_of_cores(tmp_path, tone):
     cores = os.sched_getaffinity(0)
     digests = set()
     try:
         for number, allowed in enumerate((cores, cores, {min(cores)})):
             os.sched_setaffinity(0, allowed)
             path = tmp_path / f"{number}.mp4"
-            video.film(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
+            video.write_video(path, panels(2), "ada_1 · virtual", FPS, HEIGHT, None, tone)
             digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
     finally:
         os.sched_setaffinity(0, cores)
     assert len(digests) == 1
 
 
-def test_a_film_names_no_program_and_no_date(tmp_path):
+def test_a_video_contains_no_encoder_name_and_no_date(tmp_path):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "", FPS, HEIGHT, None, None)
+    video.write_video(path, panels(), "", FPS, HEIGHT, None, None)
     with av.open(str(path)) as film:
         assert "encoder" not in film.metadata
         assert "creation_time" not in film.metadata
@@ -99,51 +99,51 @@ def test_a_film_names_no_program_and_no_date(tmp_path):
 
 
 @pytest.mark.parametrize("fps", [10.0, 25.0, 29.97])
-def test_a_film_of_another_rate_lasts_as_long(tmp_path, tone, fps):
+def test_the_duration_does_not_depend_on_the_frame_rate(tmp_path, tone, fps):
     path = tmp_path / "a.mp4"
-    video.film(path, panels(), "", fps, HEIGHT, None, tone)
+    video.write_video(path, panels(), "", fps, HEIGHT, None, tone)
     shown, rate, lengths, _ = decode(path)
-    assert len(shown) == video.n_pictures(panels()[0].motion, fps) == round(N_FRAMES / FPS * fps)
+    assert len(shown) == video.n_video_frames(panels()[0].motion, fps) == round(N_FRAMES / FPS * fps)
     assert rate == pytest.approx(fps, rel=1e-4)
     assert lengths["audio"] == pytest.approx(lengths["video"], abs=1 / fps)
 
 
-def test_the_mark_walks_along_the_phrases():
+def test_the_timeline_shows_phrases_and_cursor():
     shown = phrases(N_FRAMES, seed=1)
-    strip = picture.Strip(shown, N_FRAMES / FPS, (10, 20, 110, 26))
+    timeline = picture.Timeline(shown, N_FRAMES / FPS, (10, 20, 110, 26))
     image = np.full((40, 120, 3), 255, dtype=np.uint8)
-    strip.draw(image)
+    timeline.draw(image)
     for label, start, end in zip(shown["label"], shown["start_s"], shown["end_s"], strict=True):
         if end - start > 0.1:  # four pixels
             column = round(10 + 100 * (start + end) / 2 / (N_FRAMES / FPS))
             assert tuple(image[23, column]) == picture.gesture_colour(label)
-    strip.mark(image, N_FRAMES / FPS / 2)
+    timeline.draw_cursor(image, N_FRAMES / FPS / 2)
     assert tuple(image[18, 60]) == canvas.INK
 
 
-def test_every_gesture_has_a_tag_and_text_stays_inside_the_picture():
-    for label in ("rest", "raise_both", "a_class_of_ones_own"):
+def test_every_gesture_has_a_label_and_text_stays_inside_the_image():
+    for label in ("rest", "raise_both", "a_custom_class"):
         colours, shape = picture.tag(label, 12)
         assert colours.shape[:2] == shape.shape
         assert shape.max() == pytest.approx(1)
     image = np.full((24, 20, 3), 255, dtype=np.uint8)
-    canvas.write(image, "a long text in a small picture", 5, 12, 14)
+    canvas.write(image, "a long text in a small image", 5, 12, 14)
     assert (image != 255).any()
 
 
-def test_of_a_long_record_the_beginning_is_shown(tmp_path, tone):
+def test_only_the_beginning_of_a_long_record_is_shown(tmp_path, tone):
     path = tmp_path / "a.mp4"
-    shorter = [panel.opening(30) for panel in panels(2)]
+    shorter = [panel.head(30) for panel in panels(2)]
     for panel in shorter:
         assert len(panel.motion) == 30
         assert panel.phrases["end_s"].iloc[-1] == 30 / FPS
-    video.film(path, panels(2), "ada_1", FPS, HEIGHT, 1.5, tone)
+    video.write_video(path, panels(2), "ada_1", FPS, HEIGHT, 1.5, tone)
     shown, _, lengths, _ = decode(path)
     assert len(shown) == 30
     assert lengths["audio"] == pytest.approx(1.5, abs=1 / FPS)
-    drawn = [image.copy() for image in video.pictures(shorter, FPS, HEIGHT, "ada_1 · first 1.5 s")]
+    drawn = [image.copy() for image in video.render(shorter, FPS, HEIGHT, "ada_1 · first 1.5 s")]
     errors = [np.mean((ours.astype(float) - theirs) ** 2) for ours, theirs in zip(drawn, shown, strict=True)]
     assert 10 * np.log10(255**2 / max(errors)) > 28  # dB, as above
-    video.film(tmp_path / "b.mp4", panels(2), "ada_1", FPS, HEIGHT, 2.5, tone)
-    video.film(tmp_path / "c.mp4", panels(2), "ada_1", FPS, HEIGHT, None, tone)
+    video.write_video(tmp_path / "b.mp4", panels(2), "ada_1", FPS, HEIGHT, 2.5, tone)
+    video.write_video(tmp_path / "c.mp4", panels(2), "ada_1", FPS, HEIGHT, None, tone)
     assert (tmp_path / "b.mp4").read_bytes() == (tmp_path / "c.mp4").read_bytes()

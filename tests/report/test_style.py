@@ -1,4 +1,4 @@
-"""The look: colours that everybody tells apart, and figures that are the same bytes each time."""
+"""Style: colours that everybody can distinguish, and figures that are the same bytes each time."""
 
 import itertools
 import re
@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from cospeech.data import palette
+from cospeech.data import vocabulary
 from cospeech.rendering import picture
 from cospeech.report import style
 
@@ -38,23 +38,23 @@ def lab(colour, sight):
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_gestures_are_told_apart_by_every_eye(sight):
-    seen = {name: lab(colour, sight) for name, colour in palette.GESTURE_COLOURS.items()}
+def test_gestures_can_be_distinguished_by_every_eye(sight):
+    seen = {name: lab(colour, sight) for name, colour in vocabulary.GESTURE_COLOURS.items()}
     for one, two in itertools.combinations(seen, 2):
         assert np.linalg.norm(seen[one] - seen[two]) > 25, (one, two)
 
 
-def test_gestures_are_seen_on_white_and_on_black():
-    for colour in palette.GESTURE_COLOURS.values():
+def test_gestures_are_visible_on_white_and_on_black():
+    for colour in vocabulary.GESTURE_COLOURS.values():
         assert 30 < lab(colour, "normal")[0] < 80
 
 
 def test_a_gesture_of_another_set_has_a_colour_of_its_own():
-    assert style.gesture_colours(["rest", "wave"])["wave"] in palette.MORE_COLOURS
+    assert style.gesture_colours(["rest", "wave"])["wave"] in vocabulary.MORE_COLOURS
 
 
 def test_videos_and_figures_share_their_colours():
-    for label, colour in palette.GESTURE_COLOURS.items():
+    for label, colour in vocabulary.GESTURE_COLOURS.items():
         assert "#{:02x}{:02x}{:02x}".format(*picture.gesture_colour(label)) == colour
 
 

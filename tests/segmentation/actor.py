@@ -1,4 +1,4 @@
-"""A small virtual actor for the tests of this room: phrases of preparation, stroke and retraction, with noise."""
+"""A small virtual actor for these tests: gesture phrases with preparation, stroke and retraction, plus noise."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STROKES = {
 
 
 def perform(record: str, rng: np.random.Generator, duration_s: float = 60.0, noise_deg: float = 0.4):
-    """Return the motion table and the true gesture segments of one record."""
+    """Return the motion table and the planted gesture segments of one record."""
     columns = skeleton.angle_columns(skeleton.ARM_JOINTS)
     neutral = np.zeros(len(columns))
     neutral[[columns.index("left_forearm_x_deg"), columns.index("right_forearm_x_deg")]] = -15
@@ -53,7 +53,7 @@ def perform(record: str, rng: np.random.Generator, duration_s: float = 60.0, noi
 
 
 def examples(truth: dict[str, pd.DataFrame], count: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Return ``count`` annotated phrases of each class, spread over the records."""
+    """Return ``count`` annotated phrases per class, distributed over the records."""
     whole = pd.concat([table.iloc[:-1] for table in truth.values()])
     shuffled = whole.iloc[rng.permutation(len(whole))]
     turn = shuffled.groupby(["label", "record"]).cumcount()

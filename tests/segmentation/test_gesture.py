@@ -1,4 +1,4 @@
-"""Gesture phrases found again on a small virtual actor, from a few examples a class; clamps; what is refused."""
+"""Gesture phrases of a small virtual actor are recovered from a few examples per class; clamps; invalid input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cospeech.data import segments, tables
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import MUST, NEVER
@@ -17,7 +17,7 @@ from cospeech.motion import skeleton
 from cospeech.segmentation import gesture, labelled_hmm
 
 SETTINGS = {
-    "labels": list(segments.GESTURES),
+    "labels": list(vocabulary.GESTURES),
     "states": 4,
     "iterations": 10,
     "variance_floor": 0.1,
@@ -28,7 +28,7 @@ NONE = pd.DataFrame({"record": [], "start_s": [], "end_s": [], "gesture": [], "o
 
 @pytest.fixture(scope="module")
 def cast():
-    """Four records of one actor, their true phrases, and five examples a class."""
+    """Four records of one actor, their planted phrases, and five examples per class."""
     rng = np.random.default_rng(1)
     performed = {f"r{i}": actor.perform(f"r{i}", rng) for i in range(4)}
     motions = {record: motion for record, (motion, _) in performed.items()}
@@ -46,9 +46,9 @@ def agreement(found, true):
     return (segments.to_labels(found) == segments.to_labels(true)).mean()
 
 
-def test_phrases_are_found_from_five_examples_a_class(cast, trained):
+def test_phrases_are_recovered_from_five_examples_per_class(cast, trained):
     motions, truth, annotations = cast
-    assert trained.model.labels == segments.GESTURES
+    assert trained.model.labels == vocabulary.GESTURES
     found = {record: gesture.phrases(trained.model, record, motion, NONE) for record, motion in motions.items()}
     assert np.mean([agreement(found[record], truth[record]) for record in motions]) > 0.9
     ratio = sum(map(len, found.values())) / sum(map(len, truth.values()))
@@ -56,25 +56,27 @@ def test_phrases_are_found_from_five_examples_a_class(cast, trained):
     for record, table in found.items():
         segments.check(table, record)
         tables.validate(table, "segments", record)
-    held = gesture.train(
+    fold = gesture.train(
         {record: motion for record, motion in motions.items() if record != "r0"},
         annotations[annotations["record"] != "r0"],
         SETTINGS,
     )
-    assert agreement(gesture.phrases(held.model, "r0", motions["r0"], NONE), truth["r0"]) > 0.85
+    assert agreement(gesture.phrases(fold.model, "r0", motions["r0"], NONE), truth["r0"]) > 0.85
 
 
-def test_training_is_told_and_climbs(trained):
+def test_the_log_likelihood_rises_in_every_iteration(trained):
     fit = trained.fit
     tables.validate(fit, "hmm_fit", "fit")
-    assert fit["restart"].unique().tolist() == list(range(1, 9))  # seven classes, then without everything else
+    assert fit["restart"].unique().tolist() == list(
+        range(1, 9)
+    )  # seven classes, then without the branch for everything else
     for _, rows in fit.groupby("restart"):
         assert (np.diff(rows["log_likelihood"]) >= -1e-9 * rows["log_likelihood"].abs().max()).all()
     assert fit[fit["chosen"]]["restart"].unique().tolist() == [8]
     assert trained.notes == ()
 
 
-def test_corrected_phrases_stay_corrected(cast, trained):
+def test_manual_corrections_are_preserved(cast, trained):
     motions, _, _ = cast
     corrected = pd.DataFrame(
         {"record": "r1", "start_s": [10.0], "end_s": [12.0], "gesture": ["open"], "origin": ["person"]}
@@ -90,7 +92,7 @@ def test_a_class_without_examples_is_left_out(cast):
     one = {"r0": motions["r0"]}
     training = gesture.train(one, few[few["record"] == "r0"], SETTINGS | {"iterations": 2})
     assert training.model.labels == ("rest", "left")
-    assert "class 'raise_both' has no example and is left out" in training.notes
+    assert "class 'raise_both' has no examples and is left out" in training.notes
 
 
 def test_a_record_with_one_gesture(cast):
@@ -105,22 +107,24 @@ def test_a_record_with_one_gesture(cast):
     assert gesture.phrases(training.model, "r0", only, NONE)["label"].unique().tolist() == ["rest"]
 
 
-def test_locked_joint_angles_are_no_features(cast):
+def test_locked_joint_angles_are_not_used_as_features(cast):
     motions, _, annotations = cast
     locked = {record: motion.assign(left_forearm_z_deg=0.0) for record, motion in motions.items()}
     training = gesture.train(locked, annotations, SETTINGS | {"iterations": 2})
     assert len(training.model.features) == 22
-    assert training.notes == ("locked joint angles are no features: left_forearm_z_deg, d_left_forearm_z_deg",)
+    assert training.notes == (
+        "locked joint angles are not used as features: left_forearm_z_deg, d_left_forearm_z_deg",
+    )
     still = {
         record: motion.assign(**dict.fromkeys(skeleton.angle_columns(), 0.0)) for record, motion in motions.items()
     }
-    with pytest.raises(UserError, match="no joint angle of the arms ever changes"):
+    with pytest.raises(UserError, match="all joint angles of the arms are constant"):
         gesture.train(still, annotations, SETTINGS)
 
 
-def test_no_example_at_all_is_refused(cast):
+def test_training_without_examples_is_rejected(cast):
     motions, _, _ = cast
-    with pytest.raises(UserError, match="no labelled example"):
+    with pytest.raises(UserError, match="no annotated example"):
         gesture.train(motions, NONE, SETTINGS)
 
 
@@ -133,7 +137,7 @@ def test_features_are_angles_and_their_differences(cast):
     assert (table.filter(like="d_").iloc[0].to_numpy()[12:] == 0).all()
 
 
-def test_a_model_is_a_table(trained):
+def test_a_model_survives_the_round_trip_through_a_table(trained):
     table = labelled_hmm.to_table(trained.model)
     tables.validate(table, "hmm_model", "model")
     back = labelled_hmm.from_table(table)
@@ -141,7 +145,7 @@ def test_a_model_is_a_table(trained):
     assert back.features == trained.model.features
     for one, other in zip(back.hmm, trained.model.hmm, strict=True):
         np.testing.assert_array_equal(one, other)
-    with pytest.raises(UserError, match="has not"):
+    with pytest.raises(UserError, match="its table has"):
         labelled_hmm.from_table(table.iloc[1:])
 
 
@@ -150,8 +154,8 @@ def test_a_model_is_a_table(trained):
     labels=st.lists(st.sampled_from(["a", "b", "c", None]), min_size=9, max_size=9),
     whole=st.lists(st.booleans(), min_size=9, max_size=9),
 )
-def test_any_annotation_leaves_a_path(lengths, labels, whole):
-    # Spans of any length, adjacent or apart, of present and of later classes, must never forbid every path.
+def test_annotations_never_forbid_every_path(lengths, labels, whole):
+    # The spans have any length, are adjacent or separate, and belong to present classes or to ones added later.
     states, n_frames = 3, sum(lengths)
     edges = np.append(0, np.cumsum(lengths))
     rows = [
@@ -159,13 +163,13 @@ def test_any_annotation_leaves_a_path(lengths, labels, whole):
         for start, end, label, kind in zip(edges[:-1], edges[1:], labels, whole, strict=False)
         if label is not None and end - start >= states
     ]
-    known = pd.DataFrame(rows, columns=["start", "end", "gesture", "whole"])
+    labelled = pd.DataFrame(rows, columns=["start", "end", "gesture", "whole"])
     present = ("a", "b", gesture.OTHER)
-    clamp = gesture.clamp(known, present, n_frames, states)
+    clamp = gesture.clamp(labelled, present, n_frames, states)
     shape = (3, states, 1)
     hmm = parallel.ParallelHMM(np.full(3, 1 / 3), np.full(shape[:2], 0.5), np.zeros(shape), np.ones(shape))
     path = parallel.decode(hmm, np.zeros((n_frames, 1)), clamp)
-    for start, end, label, kind in known.itertuples(index=False):
+    for start, end, label, kind in labelled.itertuples(index=False):
         branch = present.index(label) if label in present else 2
         assert (path.branch[start:end] == branch).all()
         if label in present:

@@ -1,4 +1,4 @@
-"""Intonation patterns found again in planted contours; stable names, the same bytes, what is refused."""
+"""Planted intonation patterns are recovered; labels are stable, results reproducible, invalid input is rejected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cospeech.segmentation import labelled_hmm, prosody
 SETTINGS = {"restarts": 3, "iterations": 30, "tolerance": 1e-5, "variance_floor": 0.01}
 FRAME_S = 0.025
 
-# Corner values of intensity and pitch lag (in ms), evenly spaced over a phrase; the first is a pause.
+# Breakpoints of intensity and pitch lag (in ms), evenly spaced over a phrase; the first pattern is a pause.
 PATTERNS = (
     ((-1.6, -1.6), None),
     ((-0.4, -0.4), (1.0, 1.0)),
@@ -25,7 +25,7 @@ PATTERNS = (
 
 
 def speak(rng, n_frames):
-    """Return a prosody table and the planted pattern of every frame."""
+    """Return a prosody table and the planted pattern of each frame."""
     intensity, lag, gain, labels = [], [], [], []
     while len(labels) < n_frames:
         length, pattern = int(rng.integers(16, 64)), int(rng.integers(len(PATTERNS)))
@@ -55,7 +55,7 @@ def clusters(spoken):
     return prosody.train([table for table, _ in spoken[:3]], 5, 3, SETTINGS, 2012)
 
 
-def test_patterns_are_found_in_an_unseen_record(spoken, clusters):
+def test_patterns_are_recovered_in_an_unseen_record(spoken, clusters):
     table, planted = spoken[3]
     phrases = prosody.phrases(clusters.model, {"r3": table}, FRAME_S)
     segments.check(phrases, "r3")
@@ -63,18 +63,18 @@ def test_patterns_are_found_in_an_unseen_record(spoken, clusters):
     assert adjusted_mutual_info_score(planted, segments.to_labels(phrases)) > 0.5
 
 
-def test_names_go_by_intensity(spoken, clusters):
+def test_labels_are_sorted_by_intensity(spoken, clusters):
     assert clusters.model.labels == ("p1", "p2", "p3", "p4", "p5")
     table, _ = spoken[3]
     labels = segments.to_labels(prosody.phrases(clusters.model, {"r3": table}, FRAME_S))
     means = table["intensity"].groupby(labels).mean()
     assert means.sort_index().is_monotonic_increasing
     shuffled = clusters.model.hmm._make(values[[3, 1, 4, 0, 2]] for values in clusters.model.hmm)
-    for one, other in zip(prosody.in_order(shuffled), clusters.model.hmm, strict=True):
+    for one, other in zip(prosody.sort_branches(shuffled), clusters.model.hmm, strict=True):
         np.testing.assert_array_equal(one, other)
 
 
-def test_the_fit_is_told(clusters):
+def test_the_training_history_is_complete(clusters):
     tables.validate(clusters.fit, "hmm_fit", "fit")
     last = clusters.fit.groupby("restart").tail(1)
     assert last["alpha"].notna().all()
@@ -85,7 +85,7 @@ def test_the_fit_is_told(clusters):
         assert (np.diff(rows["log_likelihood"]) >= -1e-9 * rows["log_likelihood"].abs().max()).all()
 
 
-def test_the_same_bytes_each_time(spoken, clusters):
+def test_training_is_reproducible(spoken, clusters):
     again = prosody.train([table for table, _ in spoken[:3]], 5, 3, SETTINGS, 2012)
     pd.testing.assert_frame_equal(
         labelled_hmm.to_table(again.model), labelled_hmm.to_table(clusters.model), check_exact=True
@@ -94,14 +94,14 @@ def test_the_same_bytes_each_time(spoken, clusters):
     assert not labelled_hmm.to_table(other.model).equals(labelled_hmm.to_table(clusters.model))
 
 
-def test_silence_is_refused_by_name(spoken):
+def test_silence_is_rejected(spoken):
     silent = spoken[0][0].assign(intensity=0.0, d_intensity=0.0)
     with pytest.raises(UserError, match="'intensity' never changes"):
         prosody.train([silent], 5, 3, SETTINGS, 1)
-    # One silent record among speaking ones is no hindrance.
+    # A silent record among others with speech is accepted.
     prosody.train([silent, spoken[1][0]], 2, 2, SETTINGS | {"restarts": 1, "iterations": 2}, 1)
 
 
-def test_too_little_speech_is_refused(spoken):
+def test_too_little_speech_is_rejected(spoken):
     with pytest.raises(UserError, match="too few"):
         prosody.train([spoken[0][0].iloc[:60]], 16, 9, SETTINGS, 1)

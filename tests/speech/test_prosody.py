@@ -1,4 +1,4 @@
-"""Prosody: the printed equations by brute force, sounds of known pitch, and Praat's tracker as second program."""
+"""Prosody features compared with the printed equations, sounds of known pitch, and Praat's pitch tracker."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from cospeech.speech import prosody
 SETTINGS = {"frame_s": 0.025, "window_s": 0.05, "pitch_min_hz": 60, "pitch_max_hz": 400}
 RATE = 16000
 VOICED = 0.4
-FIFTH = 12 * np.log2(1.2)  # gross error, in semitones: more than a fifth off, as pitch trackers are compared
+FIFTH = 12 * np.log2(1.2)  # threshold of a gross pitch error in semitones: off by more than a fifth
 
 LIBRIVOX = Path(__file__).parents[3] / "shared/data/librivox"
 SENTENCES = (
@@ -27,7 +27,7 @@ SENTENCES = (
 
 
 def pulses(f0, seconds=1.0, rate=RATE, seed=0):
-    """A train of decaying pulses of pitch f0 (Hz), as a voice has them, with a little noise."""
+    """A voice-like train of decaying pulses of pitch f0 (Hz), with a little noise."""
     time = np.arange(int(seconds * rate)) / rate
     phase = (time * f0) % 1.0 / f0
     noise = np.random.default_rng(seed).normal(0, 0.001, len(time))
@@ -38,8 +38,8 @@ def semitones(frames, f0):
     return 12 * np.log2(1 / (frames.lag_s * f0))
 
 
-def by_hand(samples, rate, k):
-    """Eq. 4.3 and 4.4 of frame k with plain loops: log energy, and r at every lag of the range."""
+def reference_frame(samples, rate, k):
+    """Eq. 4.3 and 4.4 for frame k with plain loops: log energy, and r at each lag of the range."""
     width, centre = round(0.05 * rate), round((k + 0.5) * 0.025 * rate)
     window = samples[max(centre - width // 2, 0) : max(centre - width // 2 + width, 0)]
     intensity = np.log(sum(value**2 for value in window) / len(window))
@@ -51,37 +51,39 @@ def by_hand(samples, rate, k):
     return intensity, r
 
 
-def test_intensity_lag_and_gain_are_those_of_the_printed_equations():
+def test_intensity_lag_and_gain_match_the_printed_equations():
     samples = pulses(143.0, 0.3, seed=3) + 0.02
     frames = prosody.measure(samples, RATE, **SETTINGS)
     for k in (2, 5, 9):
-        intensity, r = by_hand(samples, RATE, k)
+        intensity, r = reference_frame(samples, RATE, k)
         best = max(r, key=r.get)
         assert frames.intensity_log[k] == pytest.approx(intensity, rel=1e-12)
-        assert frames.lag_s[k] * RATE == pytest.approx(best, abs=0.5)  # between samples, never past the next
+        assert frames.lag_s[k] * RATE == pytest.approx(
+            best, abs=0.5
+        )  # interpolated, but never beyond the next sample
         assert r[best] <= frames.gain[k] + 1e-12
-        assert frames.gain[k] == pytest.approx(r[best], abs=0.02)  # what the parabola adds at most here
+        assert frames.gain[k] == pytest.approx(r[best], abs=0.02)  # the most that the parabola adds here
 
 
 @pytest.mark.parametrize("rate", [8000, 16000, 44100])
 @pytest.mark.parametrize("f0", [65, 90, 131, 200, 277, 390])
-def test_a_known_pitch_is_found_and_none_of_its_multiples(f0, rate):
+def test_a_known_pitch_is_found_without_octave_errors(f0, rate):
     frames = prosody.measure(pulses(f0, rate=rate), rate, **SETTINGS)
     inner = semitones(frames, f0)[2:-2]
-    # a quarter of a sample at 8 kHz and 390 Hz is 0.2 semitones
+    # at 8 kHz and 390 Hz, a quarter of a sample is 0.2 semitones
     assert np.abs(inner).max() < 0.25
     assert (frames.gain[2:-2] > VOICED).all()
 
 
-def test_a_pure_tone_is_found_but_for_what_the_window_bends():
+def test_a_pure_tone_is_found_up_to_the_bias_of_the_window():
     for f0 in (100, 150, 220, 350):
         tone = 0.3 * np.sin(2 * np.pi * f0 * np.arange(RATE) / RATE)
         frames = prosody.measure(tone, RATE, **SETTINGS)
         omega, width = 2 * np.pi * f0, 0.05
         # the maximum of (1 - lag / width) cos(omega lag), to first order
-        bent = 1 / f0 - 1 / (width * omega**2 * (1 - 1 / (f0 * width)))
-        assert frames.lag_s[3:-3] == pytest.approx(bent, rel=0.01)
-        assert frames.gain[3:-3] == pytest.approx(1 - bent / width, abs=0.03)
+        biased = 1 / f0 - 1 / (width * omega**2 * (1 - 1 / (f0 * width)))
+        assert frames.lag_s[3:-3] == pytest.approx(biased, rel=0.01)
+        assert frames.gain[3:-3] == pytest.approx(1 - biased / width, abs=0.03)
 
 
 def praat_pitch(samples, rate, times_s):
@@ -89,8 +91,8 @@ def praat_pitch(samples, rate, times_s):
     return np.array([pitch.get_value_at_time(time) for time in times_s])
 
 
-def against_praat(samples, rate):
-    """Number of frames voiced for both, how many of them are gross errors, |semitones| of the rest, share agreed."""
+def compare_with_praat(samples, rate):
+    """Number of frames voiced for both, gross errors among them, |semitones| of the others, agreement on voicing."""
     frames = prosody.measure(samples, rate, **SETTINGS)
     theirs = praat_pitch(samples, rate, (np.arange(len(frames.gain)) + 0.5) * 0.025)
     ours = frames.gain > VOICED
@@ -111,7 +113,7 @@ def test_praat_agrees_on_synthesised_speech(voice, pitch):
         call(tier, "Multiply frequencies", 0, 100, pitch / call(tier, "Get mean (points)", 0, 0))
         call([manipulation, tier], "Replace pitch tier")
         spoken = call(manipulation, "Get resynthesis (overlap-add)")
-        both, gross, off, agreed = against_praat(spoken.values[0], spoken.sampling_frequency)
+        both, gross, off, agreed = compare_with_praat(spoken.values[0], spoken.sampling_frequency)
         n_both, n_gross = n_both + both, n_gross + gross
         assert np.median(off) < 0.15
         assert agreed > 0.75
@@ -125,16 +127,16 @@ def test_praat_agrees_on_read_sentences():
     n_both = n_gross = 0
     for path in sorted(LIBRIVOX.glob("*.wav")):
         samples, rate = soundfile.read(path)
-        both, gross, off, agreed = against_praat(samples, rate)
+        both, gross, off, agreed = compare_with_praat(samples, rate)
         n_both, n_gross = n_both + both, n_gross + gross
         assert np.median(off) < 0.15  # measured 0.07 to 0.09 semitones
-        assert agreed > 0.8  # measured 0.84 to 0.90 of the frames, voiced for both or for neither
+        assert agreed > 0.8  # measured 0.84 to 0.90
     assert n_both > 400
     assert n_gross / n_both < 0.01  # measured 0.3 %
 
 
 def speech_like(seconds=3.0, seed=0):
-    """Pulses with a moving pitch between pauses of faint noise."""
+    """Pulses with a varying pitch, separated by pauses with faint noise."""
     rng = np.random.default_rng(seed)
     time = np.arange(int(seconds * RATE)) / RATE
     cycles = np.cumsum(150 + 30 * np.sin(2 * np.pi * time)) / RATE
@@ -148,7 +150,7 @@ def table_of(samples):
     return frames, statistics, prosody.features(frames, statistics, 0.025)
 
 
-def test_features_are_normalised_and_keep_what_they_were_made_of():
+def test_features_are_normalised_and_the_raw_values_are_kept():
     _, statistics, table = table_of(speech_like())
     tables.validate(table, "prosody", "features")
     tables.validate(statistics, "prosody_statistics", "statistics")
@@ -160,31 +162,31 @@ def test_features_are_normalised_and_keep_what_they_were_made_of():
     assert table["time_s"].iloc[0] == pytest.approx(0.0125)
     for name in prosody.FEATURES:
         assert table[f"d_{name}"].iloc[0] == 0
-        climbed = (table[name] - table[name].iloc[0]).to_numpy()
-        assert np.cumsum(table[f"d_{name}"].to_numpy()) == pytest.approx(climbed, abs=1e-12)
+        accumulated = (table[name] - table[name].iloc[0]).to_numpy()
+        assert np.cumsum(table[f"d_{name}"].to_numpy()) == pytest.approx(accumulated, abs=1e-12)
 
 
-def test_loudness_and_a_constant_offset_change_nothing_that_matters():
+def test_loudness_and_a_constant_offset_have_no_effect():
     _, _, table = table_of(speech_like())
     _, _, louder = table_of(2.5 * speech_like())
     for name in table.columns.difference(["intensity_log"]):
         assert louder[name].to_numpy() == pytest.approx(table[name].to_numpy(), abs=1e-9)
     frames, offset = (prosody.measure(speech_like() + shift, RATE, **SETTINGS) for shift in (0.0, 0.1))
-    inner = slice(1, -1)  # at the ends the offset begins and stops, and that is an event
+    inner = slice(1, -1)  # at the ends, the offset starts and stops abruptly
     assert offset.lag_s[inner] == pytest.approx(frames.lag_s[inner], abs=1e-9)
     assert offset.gain[inner] == pytest.approx(frames.gain[inner], abs=1e-9)
 
 
-def test_a_long_sound_is_measured_in_blocks_that_leave_no_seam():
+def test_processing_in_blocks_does_not_change_the_result():
     samples = speech_like(8.0)
     whole = prosody.measure(samples, RATE, **SETTINGS)
-    assert len(whole.gain) > 2 * prosody.BLOCK
+    assert len(whole.gain) > 2 * prosody.BLOCK_FRAMES
     middle = prosody.measure(samples[RATE * 2 : RATE * 5], RATE, **SETTINGS)
     for long, short in zip(whole, middle, strict=True):
         assert long[82:118] == pytest.approx(short[2:38], abs=1e-12)
 
 
-def test_digital_silence_has_no_lag_and_no_gain_and_a_finite_intensity():
+def test_digital_silence_has_no_lag_zero_gain_and_finite_intensity():
     samples = speech_like()
     samples[RATE : 2 * RATE] = 0
     frames, _, table = table_of(samples)
@@ -196,12 +198,12 @@ def test_digital_silence_has_no_lag_and_no_gain_and_a_finite_intensity():
 
 
 @pytest.mark.parametrize("samples", [np.zeros(RATE), np.random.default_rng(0).normal(0, 0.1, RATE)])
-def test_a_record_without_a_voiced_frame_is_refused_by_name(samples):
+def test_a_record_without_a_voiced_frame_is_rejected(samples):
     with pytest.raises(UserError, match=r"record 'x'.*voiced"):
         prosody.statistics("x", prosody.measure(samples, RATE, **SETTINGS), VOICED)
 
 
-def test_settings_that_no_window_can_hold_are_refused():
+def test_a_window_too_short_for_the_pitch_range_is_rejected():
     with pytest.raises(UserError, match="window"):
         prosody.measure(np.ones(RATE), RATE, **SETTINGS | {"pitch_min_hz": 19})
     with pytest.raises(UserError, match="less than one frame"):
@@ -210,11 +212,11 @@ def test_settings_that_no_window_can_hold_are_refused():
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(400, 9000), st.integers(0, 2**32 - 1))
-def test_any_sound_has_a_frame_for_every_25_ms_and_bounded_values(length, seed):
+def test_any_sound_has_one_frame_per_25_ms_and_bounded_values(length, seed):
     samples = np.random.default_rng(seed).uniform(-1, 1, length)
     frames = prosody.measure(samples, RATE, **SETTINGS)
     assert len(frames.gain) == length // 400
     assert np.isfinite(frames.intensity_log).all()
     assert (np.abs(frames.gain) <= 1).all()
-    # the peak lies in the range, or a sample beside it where the limit itself is the peak
+    # the peak lies in the range, or up to one sample outside if the limit itself is the peak
     assert ((frames.lag_s > 0.0025 - 1 / RATE) & (frames.lag_s < 1 / 60 + 1 / RATE)).all()

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.data import segments, tables
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES
 from cospeech.motion import skeleton
 from cospeech.motion.skeleton import JOINTS, OFFSET_M
 from cospeech.studio import cast, choreography, motion, script

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cospeech.data import tables
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES
 from cospeech.errors import UserError
 from cospeech.studio import cast
 from cospeech.studio.patterns import NAMES, PAUSE

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.data import segments, tables
-from cospeech.data.segments import GESTURES
+from cospeech.data.rng import random_source
+from cospeech.data.vocabulary import GESTURES
 from cospeech.studio import cast, script
 from cospeech.studio.patterns import NAMES
 
@@ -73,7 +74,7 @@ def test_initial_gestures_and_transitions_follow_the_planted_distributions(membe
     pairs = np.zeros((len(GESTURES), len(GESTURES)))
     first = np.zeros(len(GESTURES))
     for k in range(1500):
-        labels = script.gesture_process(member, 1600, cast.generator(3, str(k)))[1]
+        labels = script.gesture_process(member, 1600, random_source(3, str(k)))[1]
         first[labels[0]] += 1
         np.add.at(pairs, (labels[:-1], labels[1:]), 1)
     assert np.abs(deviations(first, first.sum(), member.initial)).max() < FAR
@@ -81,7 +82,7 @@ def test_initial_gestures_and_transitions_follow_the_planted_distributions(membe
 
 
 def test_durations_follow_the_planted_distributions(member):
-    starts, labels = script.gesture_process(member, 800_000, cast.generator(3))
+    starts, labels = script.gesture_process(member, 800_000, random_source(3))
     lengths = np.diff(starts)
     for i in range(len(GESTURES)):
         ours = np.sort(lengths[labels[:-1] == i])
@@ -158,7 +159,7 @@ def test_coupling_is_the_fraction_of_coupled_phrases(member):
 
 def test_examples_are_complete_phrases_spread_over_the_records(member):
     made = pd.concat([script.write(member, f"ada_{k}", 60.0, 0.8, FRAME_S, 2012)[0] for k in range(1, 5)])
-    chosen = script.examples(made, 5, cast.generator(1, "x"))
+    chosen = script.examples(made, 5, random_source(1, "x"))
     tables.validate(chosen, "annotations", "x")
     assert set(chosen["origin"]) == {"studio"}
     whole = made[made["record"].eq(made["record"].shift(-1))]
@@ -173,5 +174,5 @@ def test_examples_are_complete_phrases_spread_over_the_records(member):
 
 def test_a_rare_class_gives_fewer_examples():
     table = segments.from_starts("a", [0, 40, 100, 140], ["rest", "left", "rest", "open"], 200, 40.0)
-    chosen = script.examples(table, 3, cast.generator(1, "x"))
+    chosen = script.examples(table, 3, random_source(1, "x"))
     assert chosen["gesture"].tolist() == ["rest", "left", "rest"]  # the last phrase is cut off

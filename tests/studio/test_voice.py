@@ -8,6 +8,7 @@ import parselmouth
 import pytest
 
 from cospeech.data import segments, tables
+from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
 from cospeech.studio import cast, melody, script, voice
 from cospeech.studio.patterns import NAMES, PATTERNS, contour
@@ -190,8 +191,6 @@ def test_a_plan_changes_smoothly_between_phrases_but_not_into_pauses():
 
 
 def test_every_scenario_has_a_story():
-    from cospeech.workflow.config import SCENARIOS
-
     assert tuple(SENTENCES) == SCENARIOS
     assert min(map(len, SENTENCES.values())) >= 10
     assert len({sentence for story in SENTENCES.values() for sentence in story}) == 40

@@ -42,14 +42,14 @@ class Actor:
         return np.repeat(rng.choice(CLUSTERS, p=probability, size=len(lengths)), lengths)[:n_frames]
 
     def record(self, name, seed, duration_s, coupling):
-        """Segment tables of gestures and prosody of one record.
+        """Segment tables of gestures and prosody of one record, drawn from the whole numbers ``seed``.
 
         A gesture phrase is coupled with probability ``coupling``: then its speech starts and is cut off with it, and
         draws the gesture's own patterns. A process that knows nothing of gestures speaks over all the others.
         """
         n_frames = round(duration_s / FRAME_S)
-        starts, classes = self.gestures(np.random.default_rng([seed, 1]), n_frames)
-        rng = np.random.default_rng([seed, 2])
+        starts, classes = self.gestures(np.random.default_rng([*seed, 1]), n_frames)
+        rng = np.random.default_rng([*seed, 2])
         heard = self.speech(rng, n_frames, self.patterns)
         for start, end, gesture in zip(starts, np.append(starts[1:], n_frames), classes, strict=True):
             if rng.random() < coupling:

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from cospeech.synthesis.agreement import agreements, boundary_distance, kappa
 from hypothesis import given
 from hypothesis import strategies as st
 from sklearn.metrics import cohen_kappa_score
 
 from cospeech.data import segments
 from cospeech.markov.hsmm import Path
-from cospeech.synthesis.agreement import agreements, boundary_distance, kappa
 
 LABELS = st.lists(st.sampled_from(["rest", "left", "open"]), min_size=2, max_size=60)
 

@@ -7,12 +7,12 @@ twelve comparisons at coupling 0 one would exclude 0 by chance in about one corp
 
 import numpy as np
 import pytest
+from cospeech.synthesis.agreement import boundary_distance, kappa
+from cospeech.synthesis.fold import fold
 from coupled_actor import FRAME_S, corpus
 
 from cospeech.data import segments
 from cospeech.synthesis import hsmm, hsmm_weighted, random_phrases
-from cospeech.synthesis.agreement import boundary_distance, kappa
-from cospeech.synthesis.fold import fold
 from cospeech.synthesis.speech import frame_labels, heard
 
 SEED = 2012

@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
+from cospeech.synthesis.fold import fold
 from coupled_actor import FRAME_S, corpus
 
 from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.markov import hsmm as semi
 from cospeech.synthesis import hsmm, hsmm_weighted
-from cospeech.synthesis.fold import fold
 
 HOW = hsmm.Estimate(segments.GESTURES, 8, 10.0, 1e-6, "none", 1.0)
 WEIGHTS = (0.1, 0.3, 1.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from cospeech.synthesis.fold import Fold, fold
 from coupled_actor import FRAME_S, Actor, corpus
 
 from cospeech.data import segments, tables
@@ -20,7 +21,6 @@ from cospeech.synthesis import (
     systems,
     wrong_speech,
 )
-from cospeech.synthesis.fold import Fold, fold
 from cospeech.synthesis.speech import frame_labels, heard
 
 SEED = 2012

@@ -1,4 +1,4 @@
-"""A user's mistake is one line, a defect keeps its traceback, and the settings have one hash."""
+"""User errors are reported in one line, defects keep their traceback, and the settings hash is well defined."""
 
 import subprocess
 import sys
@@ -36,7 +36,7 @@ def run(tmp_path, body):
     return ended, log.read_text()
 
 
-def test_a_mistake_of_the_user_is_one_line(tmp_path):
+def test_a_user_error_is_reported_in_one_line(tmp_path):
     ended, log = run(tmp_path, "raise UserError('a.wav: holds no sound; record it again')")
     assert ended.returncode == 1
     assert ended.stderr == "cospeech: prosody: a.wav: holds no sound; record it again\n"
@@ -51,7 +51,7 @@ def test_a_defect_keeps_its_traceback_in_the_log(tmp_path):
     assert "Traceback" in log
 
 
-def test_a_full_disk_is_one_line(tmp_path):
+def test_a_full_disk_is_reported_in_one_line(tmp_path):
     ended, _ = run(tmp_path, "raise OSError(28, 'No space left on device', 'x.mp4')")
     assert ended.stderr == "cospeech: prosody: the disk is full (x.mp4); free some space and run again\n"
 
@@ -62,7 +62,7 @@ def test_success_is_silent(tmp_path):
 
 
 @pytest.mark.parametrize(("other", "same"), [({"a": 1, "code": "2"}, True), ({"a": 2, "code": "1"}, False)])
-def test_settings_hash_is_of_settings_not_of_code(other, same):
+def test_the_settings_hash_does_not_depend_on_the_code(other, same):
     assert (job.settings_hash({"a": 1, "code": "1"}) == job.settings_hash(other)) is same
 
 

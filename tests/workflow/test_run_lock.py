@@ -1,4 +1,4 @@
-"""One run at a time, and a killed run leaves no lock behind."""
+"""Only one run at a time can hold the lock, and a killed run releases it."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ time.sleep(60)
 """
 
 
-def test_second_holder_is_refused_and_a_killed_one_forgotten(tmp_path):
+def test_a_second_run_is_rejected_until_the_first_is_killed(tmp_path):
     path = tmp_path / ".lock"
     with subprocess.Popen([sys.executable, "-c", HOLD, str(path)], stdout=subprocess.PIPE, text=True) as first:
         assert first.stdout is not None

@@ -1,4 +1,4 @@
-"""Estimates follow the amount of work, and fit what the demo took."""
+"""Estimates of the run time are proportional to the amount of work."""
 
 import copy
 
@@ -12,12 +12,12 @@ DEMO = yaml.safe_load((schema_folder().parent / "config" / "demo.yaml").read_tex
 FILMS = {"studio_film": 8, "track": 10, "studio_range": 2, "studio_laser": 1, "laser": 1}
 
 
-def test_nothing_takes_no_time_and_a_small_job_its_start():
+def test_no_job_takes_no_time_and_a_small_job_only_its_start():
     assert time_estimate.seconds({}, DEMO, 5, 9) == 0.0
     assert time_estimate.seconds({"page": 1}, DEMO, 5, 9) == time_estimate.START_S
 
 
-def test_films_take_as_long_as_they_have_pixels():
+def test_the_time_of_films_is_proportional_to_their_pixels():
     small = time_estimate.seconds({"studio_film": 8}, DEMO, 5, 0) - 8 * time_estimate.START_S
     assert small == pytest.approx(8 * 60 * 20 * 5 * time_estimate.PICTURE_S["studio_film"])
     large = copy.deepcopy(DEMO)
@@ -29,19 +29,19 @@ def test_films_take_as_long_as_they_have_pixels():
     )
 
 
-def test_a_sweep_takes_as_long_as_it_has_settings():
+def test_the_time_of_a_sweep_is_proportional_to_its_settings():
     one, ten = (time_estimate.seconds({"sweep_settings": 1}, DEMO, 0, n) - time_estimate.START_S for n in (1, 10))
     assert ten == pytest.approx(10 * one)
 
 
-def test_the_line_tells_jobs_time_and_room_for_films():
-    told = time_estimate.line(FILMS, DEMO, 5, 0, 2)
-    assert told.startswith("22 jobs, about 0:0")
-    assert told.endswith("on 2 cores; 0.5 GB of film")
+def test_the_line_states_jobs_time_and_disk_space_for_films():
+    line = time_estimate.line(FILMS, DEMO, 5, 0, 2)
+    assert line.startswith("22 jobs, about 0:0")
+    assert line.endswith("on 2 cores; 0.5 GB of film")
     assert "film" not in time_estimate.line({"page": 1}, DEMO, 5, 0, 2)
 
 
-def test_a_video_takes_as_long_as_what_it_shows():
+def test_the_time_of_a_video_is_proportional_to_the_shown_duration():
     seconds = []
     for longest_s in (30, 60, 90, None):
         config = copy.deepcopy(DEMO)

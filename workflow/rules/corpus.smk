@@ -1,4 +1,4 @@
-# Recordings of any making become our tables, and labelled examples go out for correction and come back.
+# Recordings of any origin are read into our tables; annotations are exported for correction and read back.
 
 DELIVERED = {
     **(
@@ -15,14 +15,14 @@ DELIVERED = {
 
 
 def given_record(wildcards):
-    """The record as the configuration lists it, but for its annotations: new ones do not change it."""
+    """Return the configured record without its annotations, so that new annotations do not change the record."""
     return {key: value for key, value in RECORDS[wildcards.record].items() if key != "annotations"}
 
 
 def files_of(wildcards):
-    """The files that a record is made of; films and markers have become joint angles."""
+    """Return the input files of a record; films and markers are replaced by the joint angles computed from them."""
     name, record = wildcards.record, RECORDS[wildcards.record]
-    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+    files = {kind: record[kind] for kind in record_list.FILE_FIELDS if record[kind] and kind != "annotations"}
     if name in TAKES:
         files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
     if name in FILMED and "audio" in files and not VIRTUAL:
@@ -31,7 +31,7 @@ def files_of(wildcards):
 
 
 def examples_of(wildcards):
-    """Where a record's labelled examples come from: a person's file, the studio's truth, or nowhere (rules)."""
+    """Return the source of a record's annotated examples: a file, the studio's ground truth, or none (rules)."""
     given = RECORDS[wildcards.record]["annotations"]
     if given:
         return {"annotations": given}
@@ -53,12 +53,12 @@ rule record:
         labels=config["phrases"]["gesture"]["labels"],
         frame_s=config["speech"]["frame_s"],
     message:
-        "record {wildcards.record} enters"
+        "reading record {wildcards.record}"
     script:
         "../../scripts/corpus/record.py"
 
 
-# Apart from the record itself, so that a corrected annotation leaves sound and motion as they are.
+# Separate from the record itself, so that corrected annotations do not change its sound and motion.
 rule examples:
     input:
         unpack(examples_of),
@@ -68,7 +68,7 @@ rule examples:
     params:
         labels=config["phrases"]["gesture"]["labels"],
     message:
-        "labelled examples of {wildcards.record}"
+        "annotated examples of {wildcards.record}"
     script:
         "../../scripts/corpus/examples.py"
 
@@ -79,7 +79,7 @@ rule records:
     output:
         records=f"{RESULTS}/corpus/records.parquet",
     message:
-        "the record sheet"
+        "table of records"
     script:
         "../../scripts/corpus/records.py"
 
@@ -90,7 +90,7 @@ rule annotations:
     output:
         annotations=f"{RESULTS}/corpus/annotations.parquet",
     message:
-        "the labelled examples"
+        "table of annotated examples"
     script:
         "../../scripts/corpus/annotations.py"
 
@@ -105,6 +105,6 @@ rule export_annotations:
     params:
         labels=config["phrases"]["gesture"]["labels"],
     message:
-        "gesture phrases of {wildcards.record} for ELAN and Praat"
+        "exporting gesture phrases of {wildcards.record} to ELAN and Praat"
     script:
         "../../scripts/corpus/export_annotations.py"

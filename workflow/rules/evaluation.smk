@@ -1,11 +1,11 @@
 # Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
 
-SWEPT = ["hsmm", "hsmm_weighted"]
-
-# What is scored: every system at the main setting, the two that are swept at every other one.
-SCORED = [(system, MAIN, record) for system in SYSTEMS for record in RECORDS] + [
-    (system, setting, record) for setting in SWEEP for system in SWEPT for record in RECORDS
-]
+# Phrases that lie in files of their own: those of systems of other packages, and those that are seen in motion. Other
+# systems of a record share a table.
+WITH_CONTROLS = [name for system in APART for name in [system, *SYSTEMS[system].controls]]
+OWN_FILES = [(system, "planned", "phrases.parquet") for system in makers(WITH_CONTROLS, "phrases")]
+if "motion" in BRINGS:
+    OWN_FILES += [(system, "seen", "phrases_seen.parquet") for system in [*ANIMATED, ORIGINAL]]
 
 # How a synthesised record is held against the actual one.
 SCORING = {
@@ -21,18 +21,19 @@ SCORING = {
 rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-        synthesised=[
-            f"{RESULTS}/synthesis/{system}/{setting.path}/{record}/phrases.parquet"
-            for system, setting, record in SCORED
-        ],
+        planned=expand(f"{RESULTS}/evaluation/planned/{{record}}.parquet", record=RECORDS),
+        swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
+        others=[path for system, _, name in OWN_FILES for path in expand(made_by(system, name), record=RECORDS)],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
     params:
         actors={record: actor_of(record) for record in RECORDS},
-        scored=[(system, *setting, record) for system, setting, record in SCORED],
+        others=[
+            (system, variant_of(system), record, phrases) for system, phrases, _ in OWN_FILES for record in RECORDS
+        ],
         rules=SCORING,
     message:
-        f"scores of {len(SCORED)} synthesised records"
+        f"scores of {len(RECORDS)} records by {len(SYSTEMS)} systems"
     script:
         "../../scripts/evaluation/record_scores.py"
 
@@ -44,8 +45,7 @@ rule session_scores:
         scores=f"{RESULTS}/evaluation/session_scores.parquet",
         differences=f"{RESULTS}/evaluation/differences.parquet",
     params:
-        clusters=MAIN.clusters,
-        states=MAIN.states,
+        main={system: variant_of(system) for system in [*SYSTEMS, ORIGINAL]},
         bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
     message:
@@ -56,21 +56,20 @@ rule session_scores:
 
 if "motion" in BRINGS:
 
-    # What is animated, where the corpus brings motion.
-    ANIMATED = [(system, record) for system in config["animation"]["systems"] for record in RECORDS]
-
     rule motion_statistics:
         input:
             original=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
             synthesised=[
-                f"{RESULTS}/synthesis/{system}/{MAIN.path}/{record}/motion.parquet" for system, record in ANIMATED
+                f"{RESULTS}/synthesis/{system}/{variant_of(system)}/{record}/motion.parquet"
+                for system in ANIMATED
+                for record in RECORDS
             ],
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
         params:
             actors={record: actor_of(record) for record in RECORDS},
-            animated=ANIMATED,
+            animated=[(system, record) for system in ANIMATED for record in RECORDS],
             bins=config["evaluation"]["speed_bins"],
         message:
             "speed, acceleration and jerk of original and synthesised motion"
@@ -134,10 +133,13 @@ if VIRTUAL and FILMED:
         params:
             records=lambda wildcards: records_of(wildcards.actor),
             settings=config["phrases"]["gesture"],
-            setting=MAIN._asdict(),
-            estimate=ESTIMATE | {"clusters": MAIN.clusters},
-            weights=config["synthesis"]["emission_weights"],
-            censoring=config["synthesis"]["censoring"],
+            system=SHOWN,
+            variant=variant_of(SHOWN),
+            symbols=list(prosody_labels(MAIN.clusters)),
+            shared=SHARED_SETTINGS,
+            own=OWN_SETTINGS,
+            seed=config["seed"],
+            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
             frame_s=config["speech"]["frame_s"],
             rules=SCORING,
         message:

@@ -1,17 +1,10 @@
 # From phrases to moving bodies: motion tables and BVH, videos with sound, pictures for the report.
 
-ANIMATION = config["animation"]
-SHOWN = ANIMATION["video"]["shown"]
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
 # What is shown of the studio's five films beside a figure: the one from the front.
 SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
-
-
-def of_system(system, name):
-    """The path of one artifact of a system at the main setting."""
-    return f"{RESULTS}/synthesis/{system}/{MAIN.path}/{{record}}/{name}"
 
 
 def training_motions(wildcards):
@@ -23,34 +16,78 @@ def training_records(wildcards):
     return others(wildcards.record)
 
 
+def motion_inputs(systems):
+    """What the motion of these systems is made from: their phrases, or the motion that they made themselves."""
+    return {
+        "phrases": [made_by(system, "phrases.parquet") for system in makers(systems, "phrases")],
+        "made": [made_by(system, "motion.parquet") for system in makers(systems, "motion")],
+        "gestures": f"{RESULTS}/phrases/gesture/fold~{{record}}/segments.parquet",
+        "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet",
+        "motions": training_motions,
+        "own": f"{RESULTS}/motion/{{record}}.parquet",
+    }
+
+
+def motion_outputs(systems):
+    """The motion of these systems, and the phrases that are seen in it."""
+    planned = makers(systems, "phrases")
+    return {
+        "units": [made_by(system, "units.parquet") for system in planned],
+        "motion": [made_by(system, "motion.parquet") for system in planned],
+        "bvh": [made_by(system, "motion.bvh") for system in [*planned, *makers(systems, "motion")]],
+        "seen": [made_by(system, "phrases_seen.parquet") for system in [*planned, *makers(systems, "motion")]],
+    }
+
+
+def motion_params(systems):
+    return {
+        "planned": makers(systems, "phrases"),
+        "making": makers(systems, "motion"),
+        "settings": {key: ANIMATION[key] for key in ("continuity_weight", "smoothing")},
+        "others": training_records,
+    }
+
+
 if "motion" in BRINGS:
 
     # All systems of a record in one process: they share the templates, and a start costs more than a system.
     rule motion:
         input:
-            phrases=[of_system(system, "phrases.parquet") for system in ANIMATION["systems"]],
-            gestures=f"{RESULTS}/phrases/gesture/fold~{{record}}/segments.parquet",
-            motions=training_motions,
-            own=f"{RESULTS}/motion/{{record}}.parquet",
+            **motion_inputs(ANIMATED_TOGETHER),
         output:
-            units=[of_system(system, "units.parquet") for system in ANIMATION["systems"]],
-            motion=[of_system(system, "motion.parquet") for system in ANIMATION["systems"]],
-            bvh=[of_system(system, "motion.bvh") for system in ANIMATION["systems"]],
+            **motion_outputs(ANIMATED_TOGETHER),
+            original=f"{RESULTS}/synthesis/{ORIGINAL}/main/{{record}}/phrases_seen.parquet",
         params:
-            settings={key: ANIMATION[key] for key in ("systems", "continuity_weight", "smoothing")},
-            others=training_records,
+            **motion_params(ANIMATED_TOGETHER),
         message:
             "motion of {wildcards.record} from the gestures of the training records"
         script:
             "../../scripts/rendering/motion.py"
 
+    for name in ANIMATED_APART:
+
+        rule:
+            name:
+                f"motion_{name}"
+            input:
+                **motion_inputs([name]),
+            output:
+                **motion_outputs([name]),
+                original=[],
+            params:
+                **motion_params([name]),
+            message:
+                f"motion of {{wildcards.record}} by {name}"
+            script:
+                "../../scripts/rendering/motion.py"
+
     rule video:
         input:
-            motion=of_system("{system}", "motion.parquet"),
-            phrases=of_system("{system}", "phrases.parquet"),
+            motion=f"{RESULTS}/synthesis/{{system}}/{{variant}}/{{record}}/motion.parquet",
+            phrases=f"{RESULTS}/synthesis/{{system}}/{{variant}}/{{record}}/phrases_seen.parquet",
             audio=SOUND,
         output:
-            video=of_system("{system}", "motion.mp4"),
+            video=f"{RESULTS}/synthesis/{{system}}/{{variant}}/{{record}}/motion.mp4",
         params:
             settings=FILM,
         message:
@@ -62,13 +99,11 @@ if "motion" in BRINGS:
         input:
             motions=[
                 f"{RESULTS}/motion/{{record}}.parquet",
-                of_system(SHOWN, "motion.parquet"),
-                of_system("random", "motion.parquet"),
+                *(made_by(system, "motion.parquet") for system in COMPARED),
             ],
             phrases=[
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
-                of_system(SHOWN, "phrases.parquet"),
-                of_system("random", "phrases.parquet"),
+                *(made_by(system, shown_phrases(system)) for system in COMPARED),
             ],
             audio=SOUND,
             shot=SHOT,
@@ -76,9 +111,9 @@ if "motion" in BRINGS:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         params:
             settings=FILM,
-            titles=["captured" if SHOT else "original", SHOWN, "random"],
+            titles=["captured" if SHOT else "original", *COMPARED],
         message:
-            f"video of {{wildcards.record}}: original, {SHOWN} and random side by side"
+            f"video of {{wildcards.record}}: original, {', '.join(COMPARED)} side by side"
         script:
             "../../scripts/rendering/comparison.py"
 
@@ -100,8 +135,8 @@ if "motion" in BRINGS:
 
     rule strip:
         input:
-            motions=expand(of_system(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
-            phrases=expand(of_system(SHOWN, "phrases.parquet"), record=FIRST_RECORDS),
+            motions=expand(made_by(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
+            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=FIRST_RECORDS),
         output:
             picture=f"{RESULTS}/animation/strip.png",
         params:
@@ -112,19 +147,21 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/strip.py"
 
+    # Smoothing is tried where units meet: on a system whose phrases unit selection turned into motion.
     TRIED = FIRST_RECORDS[0]
+    SELECTED = next(name for name in [SHOWN, *ANIMATED] if SYSTEMS[name].makes == "phrases")
 
     rule smoothing:
         input:
-            units=expand(of_system(SHOWN, "units.parquet"), record=TRIED)[0],
-            made=expand(of_system(SHOWN, "motion.parquet"), record=TRIED)[0],
+            units=expand(made_by(SELECTED, "units.parquet"), record=TRIED)[0],
+            made=expand(made_by(SELECTED, "motion.parquet"), record=TRIED)[0],
             gestures=f"{RESULTS}/phrases/gesture/fold~{TRIED}/segments.parquet",
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=others(TRIED)),
         output:
             table=f"{RESULTS}/animation/smoothing.parquet",
         params:
             window=ANIMATION["smoothing"]["window"],
-            system=SHOWN,
+            system=SELECTED,
             record=TRIED,
             others=others(TRIED),
         message:

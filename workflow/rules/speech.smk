@@ -1,4 +1,4 @@
-# From sound to prosody frames; a corpus that brings its own prosody tables has passed this room already.
+# Prosody features from sound. This step is skipped if the corpus supplies its own prosody tables.
 
 if "audio" in BRINGS:
 
@@ -11,6 +11,6 @@ if "audio" in BRINGS:
         params:
             settings=config["speech"],
         message:
-            "prosody of {wildcards.record}"
+            "prosody features of {wildcards.record}"
         script:
             "../../scripts/speech/prosody.py"

@@ -1,28 +1,18 @@
-# Gesture phrases for the record that a fold holds out: the HSMM in its forms, its controls, and ceilings.
-
-# How the tables of the HSMM are counted; the number of prosody clusters joins it, setting by setting.
-ESTIMATE = {
-    "labels": config["phrases"]["gesture"]["labels"],
-    "max_duration_s": config["synthesis"]["max_duration_s"],
-    "floor": config["synthesis"]["floor"],
-    "smoothing": config["synthesis"]["durations"]["smoothing"],
-    "amount": config["synthesis"]["durations"]["amount"],
-}
+# Gesture phrases, or motion, for the record that a fold holds out: systems, their controls, and ceilings.
 
 
-def made_by(system, table, setting=MAIN):
-    """The path of one table that a system leaves."""
-    return f"{RESULTS}/synthesis/{system}/{setting.path}/{{record}}/{table}.parquet"
+def model_tables(systems):
+    """The tables of the models that these systems train, with their schemas, by system."""
+    return {
+        system: dict(SYSTEMS[system].tables)
+        for system in systems
+        if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
+    }
 
 
-def tables_of_model(system, setting=MAIN):
-    """The paths of a model's four tables."""
-    return [made_by(system, name, setting) for name in ("initial", "transitions", "emissions", "durations")]
-
-
-def fold_prosody(setting=MAIN):
-    """The prosody phrases of all records of the fold's actor."""
-    return f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{record}}/segments.parquet"
+def needed(systems, need):
+    """Whether one of these systems needs it."""
+    return any(need in SYSTEMS[system].needs for system in systems)
 
 
 def training_gestures(wildcards):
@@ -36,76 +26,120 @@ def actor_of_fold(wildcards):
     return actor_of(wildcards.record)
 
 
-# The HSMM in its forms, each under wrong speech too, what hears none, and what knows the truth: so small that they
-# share a process for each record.
-FORMS = ["hsmm", "hsmm_weighted", "hsmm_sampled"]
-TOGETHER = [
-    *FORMS,
-    *(control for form in FORMS for control in SYSTEMS[form].controls),
-    *["random", "prior", "clock", "majority", "another"],
-    *(["oracle"] if VIRTUAL else []),
-]
-
-# What was planted, for the oracle that knows it.
-TRUTH = f"{RESULTS}/corpus/truth"
-PLANTED = {
-    "planted": [f"{TRUTH}/{name}.parquet" for name in ("initial", "transitions", "emissions", "durations")],
-    "planted_gestures": f"{TRUTH}/gesture_phrases.parquet",
-    "planted_prosody": f"{TRUTH}/prosody_phrases.parquet",
-}
+def motions_of_fold(wildcards):
+    """The motion of all records of the actor of a fold."""
+    return expand(f"{RESULTS}/motion/{{record}}.parquet", record=records_of_fold(wildcards))
 
 
+# The tables of the process that the virtual studio planted.
+PLANTED_TABLES = ["initial", "transitions", "emissions", "durations"]
+
+
+def inputs_of(systems):
+    """What these systems learn from and listen to."""
+    truth = f"{RESULTS}/corpus/truth"
+    planted = {
+        "planted": [f"{truth}/{name}.parquet" for name in PLANTED_TABLES],
+        "planted_gestures": f"{truth}/gesture_phrases.parquet",
+        "planted_prosody": f"{truth}/prosody_phrases.parquet",
+    }
+    return {
+        "gestures": training_gestures,
+        "clusters": f"{RESULTS}/phrases/prosody/{MAIN.path}/fold~{{record}}/segments.parquet",
+        "prosody": prosody_of_fold if needed(systems, "prosody") else [],
+        "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
+        **(planted if needed(systems, "truth") else {}),
+    }
+
+
+def params_of(systems, apart):
+    """The parameters of a job that runs these systems."""
+    return {
+        "systems": systems,
+        "apart": apart,
+        "folder": f"{RESULTS}/synthesis",
+        "variants": {system: variant_of(system) for system in systems},
+        "tables": model_tables(systems),
+        "planted": PLANTED_TABLES if needed(systems, "truth") else [],
+        "shared": SHARED_SETTINGS,
+        "own": {name: value for name, value in OWN_SETTINGS.items() if name in systems},
+        "labels": config["phrases"]["gesture"]["labels"],
+        "symbols": list(prosody_labels(MAIN.clusters)),
+        "shift_s": SYNTHESIS["shift_s"],
+        "frame_s": config["speech"]["frame_s"],
+        "seed": config["seed"],
+        "methods": code_hash.modules_hash(
+            [name for system in systems for name in (SYSTEMS[system].method, SYSTEMS[system].schemas) if name]
+        ),
+    }
+
+
+# A job writes all that a system leaves of a record into one folder, and Snakemake is told of what other rules read:
+# each declared file costs as much planning as a tenth of a job.
 rule systems:
     input:
-        **(PLANTED if VIRTUAL else {}),
-        gestures=training_gestures,
-        prosody=fold_prosody(),
+        **inputs_of(TOGETHER),
     output:
-        **({"oracle": tables_of_model("oracle")} if VIRTUAL else {}),
-        hsmm=tables_of_model("hsmm"),
-        phrases=[made_by(system, "phrases") for system in TOGETHER],
-        decoding=[made_by(system, "decoding") for system in TOGETHER],
+        phrases=[made_by(system, "phrases.parquet") for system in makers(PICTURED, "phrases") if system in TOGETHER],
+        planned=f"{RESULTS}/evaluation/planned/{{record}}.parquet",
     params:
-        systems=TOGETHER,
-        estimate=ESTIMATE | {"clusters": MAIN.clusters},
-        weights=config["synthesis"]["emission_weights"],
-        censoring=config["synthesis"]["censoring"],
-        shift_s=config["synthesis"]["shift_s"],
+        **params_of(TOGETHER, apart=False),
         actor=actor_of_fold,
         records=records_of_fold,
-        frame_s=config["speech"]["frame_s"],
-        seed=config["seed"],
     message:
         f"phrases of {{wildcards.record}} by {len(TOGETHER)} systems"
     script:
         "../../scripts/synthesis/systems.py"
 
 
+for name in APART:
+
+    rule:
+        name:
+            f"systems_{name}"
+        input:
+            **inputs_of([name, *SYSTEMS[name].controls]),
+        output:
+            made=[made_by(system, f"{SYSTEMS[system].makes}.parquet") for system in [name, *SYSTEMS[name].controls]],
+            decoding=[made_by(system, "decoding.parquet") for system in [name, *SYSTEMS[name].controls]],
+            planned=[],
+        params:
+            **params_of([name, *SYSTEMS[name].controls], apart=True),
+            actor=actor_of_fold,
+            records=records_of_fold,
+        message:
+            f"{SYSTEMS[name].makes} of {{wildcards.record}} by {name} and its controls"
+        script:
+            "../../scripts/synthesis/systems.py"
+
+
 if SWEEP:
 
-    # One process for a fold: a setting is clustered, and what decodes the gestures goes on with it.
+    # One process for a fold: at each setting, the prosody is clustered and the systems that are swept decode it.
     rule sweep_settings:
         input:
             prosody=prosody_of_fold,
             gestures=training_gestures,
         output:
             **{name: [cluster_tables(setting)[name] for setting in SWEEP] for name in cluster_tables(MAIN)},
-            tables=[path for setting in SWEEP for path in tables_of_model("hsmm", setting)],
-            phrases=[made_by("hsmm", "phrases", setting) for setting in SWEEP],
-            decoding=[made_by("hsmm", "decoding", setting) for setting in SWEEP],
-            weighted_phrases=[made_by("hsmm_weighted", "phrases", setting) for setting in SWEEP],
-            weighted_decoding=[made_by("hsmm_weighted", "decoding", setting) for setting in SWEEP],
+            planned=f"{RESULTS}/evaluation/swept/{{record}}.parquet",
         params:
+            systems=SWEPT,
+            folder=f"{RESULTS}/synthesis",
+            variants=[{system: variant_of(system, setting) for system in SWEPT} for setting in SWEEP],
+            tables=model_tables(SWEPT),
+            actor=actor_of_fold,
             records=records_of_fold,
             training=training_of_fold,
             sweep=[tuple(setting) for setting in SWEEP],
             settings=config["phrases"]["prosody"],
-            estimate=ESTIMATE,
-            weights=config["synthesis"]["emission_weights"],
-            censoring=config["synthesis"]["censoring"],
+            shared=SHARED_SETTINGS,
+            own=OWN_SETTINGS,
+            labels=config["phrases"]["gesture"]["labels"],
             frame_s=config["speech"]["frame_s"],
             seed=config["seed"],
+            methods=code_hash.modules_hash([SYSTEMS[system].method for system in SWEPT]),
         message:
-            f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, HSMM, phrases"
+            f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, and phrases by {', '.join(SWEPT)}"
         script:
             "../../scripts/synthesis/sweep_settings.py"

@@ -1,1 +1,1 @@
-"""Corpus: adapters through which recordings of any making enter as our tables, and labels go out and come back."""
+"""Corpus: adapters that read recordings of any origin into our tables, and export and import annotations."""

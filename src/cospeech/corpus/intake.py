@@ -1,4 +1,4 @@
-"""One record of the corpus as it enters: body and voice read, held against each other and cut to one length."""
+"""Read one record of the corpus: load its motion and speech, compare their lengths and trim both to the shorter."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from cospeech.motion import skeleton
 
 Record = dict[str, Any]
 
-SHORTEST_S = 1.0
-"""Length below which a record has no phrase to learn from."""
+MIN_DURATION_S = 1.0
+"""Duration below which a record contains no phrase to learn from."""
 
 
 class Body(NamedTuple):
-    """What the body did: a motion table, or gesture segments in its place."""
+    """The motion of a record: a motion table, or gesture segments with ``source`` None if only labels exist."""
 
     table: pd.DataFrame
     fps: float
@@ -30,7 +30,7 @@ class Body(NamedTuple):
 
 
 class Voice(NamedTuple):
-    """What was said: sound, or a prosody table in its place."""
+    """The speech of a record: sound, or a prosody table if only features exist."""
 
     samples: sound.Floats | None
     table: pd.DataFrame | None
@@ -40,55 +40,55 @@ class Voice(NamedTuple):
 
 
 class Intake(NamedTuple):
-    """A record on its way in: its row of the record sheet, its body and its voice, all of one length."""
+    """A record as it was read: its row of the record table, its motion and its speech, all of the same duration."""
 
     row: pd.DataFrame
     body: pd.DataFrame
     voice: sound.Floats | pd.DataFrame
 
 
-def take(
-    given: Record,
-    moved: str | None,
-    late_s: float,
-    declared: retarget.Declaration,
+def read_record(
+    entry: Record,
+    motion_path: str | None,
+    skipped_s: float,
+    conventions: retarget.MotionConventions,
     labels: list[str],
     frame_s: float,
     tolerance_s: float,
 ) -> Intake:
-    """Read the files of a record and cut body and voice to the length they share.
+    """Read the files of a record and trim motion and speech to their common duration.
 
     Parameters
     ----------
-    given : the record as the configuration lists it: files, excerpt, actor, scenario, language.
-    moved : its motion file, or the motion table that was made of its films or markers.
-    late_s : how much later than the sound the motion begins, which the sound passes over.
-    declared : what motion files do not say of themselves.
+    entry : the record as listed in the configuration: files, excerpt, actor, scenario, language.
+    motion_path : its motion file, or the motion table computed from its films or markers; None for gesture segments.
+    skipped_s : time in seconds by which the motion begins later than the sound; this part of the sound is skipped.
+    conventions : what motion files do not state themselves (axes, unit, joint names, rest pose).
     labels : the gesture classes.
-    frame_s : distance of prosody frames.
-    tolerance_s : how much body and voice may differ in length.
+    frame_s : prosody frame period in seconds.
+    tolerance_s : largest difference in duration between motion and speech, in seconds.
 
     Raises
     ------
-    UserError : at the first thing wrong with a file, or where the two lengths differ too much.
+    UserError : if a file is invalid, or if the durations of motion and speech differ too much.
     """
-    excerpt = (given["start_s"] or 0.0, given["end_s"])
-    body = _body(given, moved, declared, labels, *excerpt)
-    voice = _voice(given, frame_s, late_s, *excerpt)
-    duration, trimmed = common_length(given["record"], body.duration_s, voice.duration_s, tolerance_s)
+    excerpt = (entry["start_s"] or 0.0, entry["end_s"])
+    body = _body(entry, motion_path, conventions, labels, *excerpt)
+    voice = _voice(entry, frame_s, skipped_s, *excerpt)
+    duration, trimmed = common_length(entry["record"], body.duration_s, voice.duration_s, tolerance_s)
     notes = [*body.notes, *voice.notes, *trimmed]
     row = pd.DataFrame(
         {
-            "actor": [given["actor"]],
-            "record": [given["record"]],
-            "scenario": [given["scenario"]],
-            "language": [given["language"]],
+            "actor": [entry["actor"]],
+            "record": [entry["record"]],
+            "scenario": [entry["scenario"]],
+            "language": [entry["language"]],
             "motion_source": [body.source],
-            "motion_fps": [body.fps if moved else np.nan],
+            "motion_fps": [body.fps if motion_path else np.nan],
             "audio_rate_hz": [voice.delivered_hz],
             "duration_s": [duration],
-            "motion_path": [given["motion"] or given["views"]],
-            "audio_path": [given["audio"]],
+            "motion_path": [entry["motion"] or entry["views"]],
+            "audio_path": [entry["audio"]],
             "note": ["; ".join(notes) or None],
         }
     )
@@ -96,66 +96,68 @@ def take(
 
 
 def common_length(record: str, body_s: float, voice_s: float, tolerance_s: float) -> tuple[float, list[str]]:
-    """Return the length that body and voice share, and a note on what the longer one loses.
+    """Return the common duration of body and voice, and a note if the longer one is trimmed.
 
     Raises
     ------
-    UserError : where they differ by more than the tolerance, or last less than a second.
+    UserError : if they differ by more than the tolerance, or last less than a second.
     """
     longer = "body" if body_s > voice_s else "voice"
     excess, shared = abs(body_s - voice_s), min(body_s, voice_s)
     if excess > tolerance_s:
         raise UserError(
             f"record '{record}': its motion lasts {body_s:.3f} s and its sound {voice_s:.3f} s; check that they "
-            "belong together, set start_s and end_s, or raise corpus.length_tolerance_s"
+            "belong together, set start_s and end_s, or increase corpus.length_tolerance_s"
         )
-    if shared < SHORTEST_S:
-        raise UserError(f"record '{record}': lasts {shared:.3f} s, too short to learn from; name a longer one")
+    if shared < MIN_DURATION_S:
+        raise UserError(f"record '{record}': lasts only {shared:.3f} s, too short to learn from; use a longer one")
     return shared, [f"{longer} trimmed by {excess:.3f} s at its end"] if excess >= 0.0005 else []
 
 
 def _body(
-    given: Record,
-    moved: str | None,
-    declared: retarget.Declaration,
+    entry: Record,
+    motion_path: str | None,
+    conventions: retarget.MotionConventions,
     labels: list[str],
     start: float,
     end: float | None,
 ) -> Body:
-    if moved:
-        found = motion.read(moved, declared, start, end)
-        captured = "video" if given["views"] else "markers"
-        source = found.source if moved == given["motion"] else captured
+    if motion_path:
+        found = motion.read(motion_path, conventions, start, end)
+        captured = "video" if entry["views"] else "markers"
+        source = found.source if motion_path == entry["motion"] else captured
         return Body(found.table, found.fps, found.duration_s, source, found.notes)
-    table = user_tables.gestures(given["gestures"], given["record"], labels)
+    table = user_tables.gestures(entry["gestures"], entry["record"], labels)
     fps = round(float(table["end_frame"].iloc[-1] / table["end_s"].iloc[-1]), 6)
-    table = cut_segments(table, fps, *_rows(given["gestures"], int(table["end_frame"].iloc[-1]), 1 / fps, start, end))
+    table = cut_segments(
+        table, fps, *_row_range(entry["gestures"], int(table["end_frame"].iloc[-1]), 1 / fps, start, end)
+    )
     return Body(table, fps, float(table["end_s"].iloc[-1]), None, [])
 
 
-def _voice(given: Record, frame_s: float, late_s: float, start: float, end: float | None) -> Voice:
-    if given["audio"]:
-        heard = sound.read(given["audio"], start + late_s, end if end is None else end + late_s)
-        passed = [f"sound taken from {late_s:.3f} s on, where the films begin"] if late_s else []
-        return Voice(heard.samples, None, heard.delivered_hz, heard.duration_s, [*passed, *heard.notes])
-    table = user_tables.prosody(given["prosody"], frame_s)
-    first, last = _rows(given["prosody"], len(table), frame_s, start, end)
+def _voice(entry: Record, frame_s: float, skipped_s: float, start: float, end: float | None) -> Voice:
+    if entry["audio"]:
+        audio = sound.read(entry["audio"], start + skipped_s, end if end is None else end + skipped_s)
+        skipped = [f"sound taken from {skipped_s:.3f} s on, where the films begin"] if skipped_s else []
+        return Voice(audio.samples, None, audio.delivered_hz, audio.duration_s, [*skipped, *audio.notes])
+    table = user_tables.prosody(entry["prosody"], frame_s)
+    first, last = _row_range(entry["prosody"], len(table), frame_s, start, end)
     return Voice(None, table.iloc[first:last], np.nan, (last - first) * frame_s, [])
 
 
-def _rows(path: str, n_frames: int, step_s: float, start_s: float, end_s: float | None) -> tuple[int, int]:
+def _row_range(path: str, n_frames: int, step_s: float, start_s: float, end_s: float | None) -> tuple[int, int]:
     first = round(start_s / step_s)
     last = n_frames if end_s is None else round(end_s / step_s)
     if last > n_frames or first >= last:
         raise UserError(
-            f"{path}: lasts {n_frames * step_s:.3f} s, so no excerpt from {start_s} s to {end_s or 'its end'} is in "
-            "it; correct start_s and end_s"
+            f"{path}: lasts {n_frames * step_s:.3f} s and does not contain the excerpt from {start_s} s to "
+            f"{end_s or 'its end'}; correct start_s and end_s"
         )
     return first, last
 
 
 def cut_segments(table: pd.DataFrame, fps: float, first: int, last: int) -> pd.DataFrame:
-    """Return the segments within frames [first, last), counted from there."""
+    """Return the segments within frames [first, last), with frames renumbered from 0 at ``first``."""
     start = table["start_frame"].clip(lower=first)
     inside = start < table["end_frame"].clip(upper=last)
     return segments.from_starts(
@@ -174,7 +176,7 @@ def _cut_body(body: Body, duration_s: float) -> pd.DataFrame:
 def _cut_voice(voice: Voice, duration_s: float, frame_s: float) -> sound.Floats | pd.DataFrame:
     if voice.samples is not None:
         return voice.samples[: round(duration_s * sound.RATE_HZ)]
-    assert voice.table is not None  # a voice is one of the two
+    assert voice.table is not None  # a voice has either sound or a table
     n_frames = int(duration_s / frame_s + 1e-6)
     table = voice.table.iloc[:n_frames].reset_index(drop=True)
     return table.assign(frame=np.arange(n_frames), time_s=segments.frame_times(n_frames, 1 / frame_s))

@@ -1,4 +1,4 @@
-"""The pose of another skeleton at zero angles, beside ours: upright with hanging arms."""
+"""Rest pose (all joint angles zero) of another skeleton relative to ours, which is upright with hanging arms."""
 
 from __future__ import annotations
 
@@ -11,26 +11,35 @@ from cospeech.geometry import rotation
 from cospeech.motion import skeleton
 
 T_POSE = {side: rotation.from_euler("Z", np.array([turn])) for side, turn in (("left", 90.0), ("right", -90.0))}
-"""From hanging arms to arms straight out to the sides, palms down."""
+"""Rotation of each arm from hanging down to stretched out to the side, palm down."""
 
 HANGING = np.array([0.0, -1.0, 0.0])
-"""Direction of our arms and legs at rest."""
+"""Direction of the arms and legs in our rest pose."""
 
 CHILD = {"arm": "forearm", "forearm": "hand", "thigh": "shin", "shin": "foot"}
-"""The body part that a limb's bone leads to."""
+"""The body part at the far end of each limb's bone."""
 
-STANDS = 30.0
-"""Angle in degrees to upright up to which a trunk at rest is upright, and its spine bent."""
+MAX_TILT_DEG = 30.0
+"""Largest tilt at which the trunk counts as upright in the rest pose; a smaller tilt is attributed to the spine."""
 
-AGREE = 60.0
-"""Angle in degrees by which an arm's bone may be off the declared pose at zero angles."""
+MAX_DEVIATION_DEG = 60.0
+"""Largest angle between an arm's bone and its direction in the declared rest pose."""
 
-WIDEST = 150.0
-"""Angle in degrees to our rest pose beyond which an offset does not tell how its bone is turned about itself."""
+MAX_TURN_DEG = 150.0
+"""Largest angle between a bone and our rest pose at which its offset still determines its axial rotation."""
 
 
-def pose(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: str) -> dict[str, Floats]:
-    """Return C_j of our joints: from our rest pose to the source's pose at zero angles, in the file's axes."""
+def rest_rotations(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: str) -> dict[str, Floats]:
+    """Return the rotation C_j of each of our joints from our rest pose to that of the clip, in the file's axes.
+
+    Parameters
+    ----------
+    clip : the motion clip.
+    source : index in the clip of each of our joints.
+    zero : the clip's pose at zero angles: hanging, t_pose, or offsets (read it from the bone offsets).
+    upright : (3, 3) rotation from our axes to the file's.
+    where : name of the file for error messages.
+    """
     if clip.offsets is not None:
         _check_sides(clip, source, upright, where)
     if zero == "offsets":
@@ -47,90 +56,93 @@ def pose(clip: Clip, source: dict[str, int], zero: str, upright: Floats, where: 
 
 
 def _check_sides(clip: Clip, source: dict[str, int], upright: Floats, where: str) -> None:
-    """Refuse a body that stands at zero angles but has its left arm on the right."""
-    stands = upright.T @ trunk_axes(places_at_rest(clip), source, where)
-    if stands[1, 1] > np.cos(np.radians(STANDS)) and stands[0, 0] < 0:
+    """Raise UserError if the body is upright in its rest pose but its left arm is on the right."""
+    trunk = upright.T @ trunk_axes(rest_positions(clip), source, where)
+    if trunk[1, 1] > np.cos(np.radians(MAX_TILT_DEG)) and trunk[0, 0] < 0:
         raise UserError(
-            f"{where}: at zero angles '{clip.names[source['left_arm']]}' is on the actor's right; exchange left and "
+            f"{where}: at zero angles '{clip.names[source['left_arm']]}' is on the actor's right; swap left and "
             "right in corpus.motion.joints, or turn the body to face +z (up y) or -y (up z)"
         )
 
 
 def _check_arms(clip: Clip, source: dict[str, int], rest: dict[str, Floats], zero: str, where: str) -> None:
-    """Refuse a declared pose that the offsets, which are the pose at zero angles, contradict."""
-    place = places_at_rest(clip)
+    """Raise UserError if the bone offsets, which show the rest pose, contradict the declared rest pose."""
+    position = rest_positions(clip)
     for name in skeleton.ARM_JOINTS:
         side, _, part = name.partition("_")
-        bone = _bone(clip, source, place, name, f"{side}_{CHILD[part]}")
-        if bone is not None and np.degrees(np.arccos(np.clip(bone @ rest[name] @ HANGING, -1, 1))) > AGREE:
+        bone = _bone(clip, source, position, name, f"{side}_{CHILD[part]}")
+        if bone is None:
+            continue
+        if np.degrees(np.arccos(np.clip(bone @ rest[name] @ HANGING, -1, 1))) > MAX_DEVIATION_DEG:
             raise UserError(
-                f"{where}: at zero angles '{clip.names[source[name]]}' points elsewhere than in {zero}; "
-                "correct corpus.motion.zero (offsets reads the pose from the file) or corpus.motion.up"
+                f"{where}: at zero angles '{clip.names[source[name]]}' does not point as in {zero}; "
+                "correct corpus.motion.zero ('offsets' reads the pose from the file) or corpus.motion.up"
             )
 
 
 def _from_offsets(clip: Clip, source: dict[str, int], upright: Floats, where: str) -> dict[str, Floats]:
-    """Read the rest pose from the offsets: each limb by the least turn to its bone, the trunk as ``upright`` is.
+    """Read the rest pose from the bone offsets, in the file's axes.
 
-    A trunk that is far from upright at rest, as its file stands it up by rotations alone, has the axes of its own.
+    Each limb is rotated by the smallest angle that aligns it with its bone, and the trunk has the axes ``upright``.
+    If the trunk is far from upright in the rest pose (only the rotations make it upright), its own axes are used.
     """
     if clip.offsets is None:
-        raise UserError(f"{where}: has no bone offsets to read a pose from; set corpus.motion.zero to t_pose")
-    place = places_at_rest(clip)
-    trunk = trunk_axes(place, source, where)
-    if rotation.angles_deg(upright.T @ trunk) < STANDS:
+        raise UserError(f"{where}: has no bone offsets to read the rest pose from; set corpus.motion.zero to t_pose")
+    position = rest_positions(clip)
+    trunk = trunk_axes(position, source, where)
+    if rotation.angles_deg(upright.T @ trunk) < MAX_TILT_DEG:
         trunk = upright
     rest = dict.fromkeys(source, trunk)
-    for name in skeleton.JOINTS:  # parents first, so that a hand without a tip follows its forearm
+    for name in skeleton.JOINTS:  # parents come first, so that a hand without an end site can follow its forearm
         side, _, part = name.partition("_")
         if name not in source or not part:
             continue
-        bone = _bone(clip, source, place, name, f"{side}_{CHILD.get(part, '')}")
+        bone = _bone(clip, source, position, name, f"{side}_{CHILD.get(part, '')}")
         if part == "foot":
-            continue  # stands flat at rest, whichever way its bone points
+            continue  # a foot is flat on the floor in the rest pose, whatever the direction of its bone
         if bone is None:
             rest[name] = rest.get(str(skeleton.PARENT[name]), trunk)
             continue
         bone = trunk.T @ bone
-        if np.degrees(np.arccos(np.clip(HANGING @ bone, -1, 1))) > WIDEST:
+        if np.degrees(np.arccos(np.clip(HANGING @ bone, -1, 1))) > MAX_TURN_DEG:
             raise UserError(
-                f"{where}: at zero angles '{clip.names[source[name]]}' points up, so its offset does not tell how it "
-                "is turned about itself; export the file with a T-pose at zero angles"
+                f"{where}: at zero angles '{clip.names[source[name]]}' points up, so its offset does not "
+                "determine its axial rotation; export the file with a T-pose at zero angles"
             )
-        rest[name] = trunk @ _least_turn(HANGING, bone)
+        rest[name] = trunk @ _smallest_rotation(HANGING, bone)
     return rest
 
 
-def places_at_rest(clip: Clip) -> Floats:
-    """Return the place of every joint at zero angles, (J, 3), in the file's unit and axes."""
+def rest_positions(clip: Clip) -> Floats:
+    """Return the positions of all joints in the rest pose, (J, 3), in the file's unit and axes."""
     assert clip.offsets is not None
-    place = clip.offsets.copy()
+    position = clip.offsets.copy()
     for joint, parent in enumerate(clip.parents):
         if parent >= 0:
-            place[joint] = place[parent] + clip.offsets[joint]
-    return place
+            position[joint] = position[parent] + clip.offsets[joint]
+    return position
 
 
-def trunk_axes(place: Floats, source: dict[str, int], where: str) -> Floats:
-    """Return left, up and forward of the trunk as columns (..., 3, 3), from the places of the joints (..., J, 3)."""
-    shoulders = (place[..., source["left_arm"], :], place[..., source["right_arm"], :])
+def trunk_axes(position: Floats, source: dict[str, int], where: str) -> Floats:
+    """Return left, up and forward axes of the trunk as columns (..., 3, 3) from joint positions (..., J, 3)."""
+    shoulders = (position[..., source["left_arm"], :], position[..., source["right_arm"], :])
     left = shoulders[0] - shoulders[1]
-    up = (shoulders[0] + shoulders[1]) / 2 - place[..., source["hips"], :]
+    up = (shoulders[0] + shoulders[1]) / 2 - position[..., source["hips"], :]
     forward = np.cross(left, up)
     lengths = [np.linalg.norm(axis, axis=-1, keepdims=True) for axis in (left, up, forward)]
     if (lengths[2] <= 1e-6 * lengths[0] * lengths[1]).any():
         raise UserError(
-            f"{where}: hips and shoulders span no trunk; correct corpus.motion.joints, or export it again"
+            f"{where}: hips and shoulders do not span a plane; correct corpus.motion.joints, or export it again"
         )
     left, forward = left / lengths[0], forward / lengths[2]
     return np.stack([left, np.cross(forward, left), forward], axis=-1)
 
 
-def _bone(clip: Clip, source: dict[str, int], place: Floats, name: str, child: str) -> Floats | None:
-    """Return the unit direction of a limb's bone at rest, or None where the file does not say where it ends."""
+def _bone(clip: Clip, source: dict[str, int], position: Floats, name: str, child: str) -> Floats | None:
+    """Return the unit direction of a limb's bone in the rest pose, or None if the file does not define its end."""
     joint = source[name]
     if child in source:
-        bone = place[source[child]] - place[joint]
+        bone = position[source[child]] - position[joint]
     elif joint in clip.tips:
         bone = clip.tips[joint]
     else:
@@ -139,8 +151,8 @@ def _bone(clip: Clip, source: dict[str, int], place: Floats, name: str, child: s
     return bone / length if length > 0 else None
 
 
-def _least_turn(start: Floats, end: Floats) -> Floats:
-    """Return the rotation of least angle that turns one unit vector onto another that is not its opposite."""
+def _smallest_rotation(start: Floats, end: Floats) -> Floats:
+    """Return the rotation of smallest angle from one unit vector to another, which must not be its opposite."""
     axis, cosine = np.cross(start, end), float(start @ end)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     return np.eye(3) + cross + cross @ cross / (1 + cosine)

@@ -1,14 +1,14 @@
-"""Bring the motion of another skeleton onto ours, keeping in the world what the body parts do.
+"""Retarget the motion of another skeleton to ours, preserving the orientation of the body parts in the world.
 
-Let W_j be the rotation of the source's joint j in the world of its file, all rotations from the root down to it
-composed, and A the change from the file's axes to ours. Our joint's rotation in the world is
+Let W_j be the rotation of the source skeleton's joint j in the world of its file, i.e. the product of all rotations
+from the root to j, and let A be the rotation from the file's axes to ours. The rotation of our joint in the world is
 
     V_j = A W_j C_j,
 
-where C_j turns the rest pose of our skeleton (upright, hanging arms) into the source's pose at zero angles, in the
-file's axes. A bone that points along d in our rest pose points along C_j d in the source's, so that V_j d is the
-direction of the source's bone in the world. The joint angles are those of V_parent^T V_j: joints that we do not have
-(further vertebrae, collar bones) are composed away, and what hangs below them keeps its orientation.
+where C_j rotates our rest pose (upright, hanging arms) to the source's pose at zero angles, in the file's axes. A
+bone with direction d in our rest pose has direction C_j d in the source's rest pose, so V_j d is the direction of the
+source's bone in the world. The joint angles are the Euler angles of V_parent^T V_j. Joints that our skeleton lacks
+(further vertebrae, collar bones) are absorbed by this product, and the body parts below them keep their orientation.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from cospeech.formats.bvh import Clip
 from cospeech.motion import skeleton
 from cospeech.motion.euler import least_change
 
-NEEDED = ("hips", "chest", *skeleton.ARM_JOINTS)
-"""Joints without which there is no gesture; the others stay at zero angles where the source lacks them."""
+REQUIRED_JOINTS = ("hips", "chest", *skeleton.ARM_JOINTS)
+"""Joints that the source must have; the angles of all other joints are zero if the source lacks them."""
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 
 AXES = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
-"""From the file's axes to ours: y up, facing +z; or z up, facing -y."""
+"""Rotation from the file's axes to ours, by the axis that points up: y up, facing +z; or z up, facing -y."""
 
 SMPLX = {
     "hips": "pelvis",
@@ -53,21 +53,21 @@ SMPLX = {
     "right_shin": "right_knee",
     "right_foot": "right_ankle",
 }
-"""Our joints in SMPL-X; the chest is the vertebra from which neck and collar bones go out."""
+"""SMPL-X names of our joints; the chest is the vertebra from which the neck and the collar bones branch off."""
 
 UPPER_ARM_M = (0.12, 0.6)
-"""Lengths of an upper arm that a body, child or giant, may have; others tell of another unit."""
+"""Plausible range of the length of an upper arm; a length outside it means that the unit is wrong."""
 
-LEAN = 60.0
-"""Angle in degrees between the mean trunk and the vertical beyond which another axis must be up."""
+MAX_LEAN_DEG = 60.0
+"""Largest angle between the mean trunk axis and the vertical; beyond it, the up axis must be wrong."""
 
-TURNED = 45.0
-"""Angle in degrees by which the mean facing may be off +z before it is said."""
+MAX_HEADING_DEG = 45.0
+"""Largest angle between the mean heading and +z that is not mentioned in a note."""
 
 
 @dataclass(frozen=True)
-class Declaration:
-    """What a motion file does not say of itself (``corpus.motion`` of the configuration)."""
+class MotionConventions:
+    """Conventions that a motion file does not state itself (``corpus.motion`` of the configuration)."""
 
     up: str
     unit: str
@@ -75,48 +75,50 @@ class Declaration:
     zero: str
 
 
-def motion_table(clip: Clip, declared: Declaration, where: str) -> tuple[pd.DataFrame, list[str]]:
-    """Return the motion table of ``clip`` on our skeleton, and notes on what was done.
+def motion_table(clip: Clip, conventions: MotionConventions, where: str) -> tuple[pd.DataFrame, list[str]]:
+    """Return the motion table of ``clip`` on our skeleton, and notes on how it was converted.
 
-    The hips' displacement is from their mean place in the clip.
+    The displacement of the hips is relative to their mean position in the clip.
 
     Raises
     ------
-    UserError : where a declared joint is not in the file, a needed one is not declared, or offsets tell no rest pose.
+    UserError
+        If a declared joint is not in the file, a required joint is not declared, or the rest pose cannot be read from
+        the bone offsets.
     """
-    source = joint_map(clip.names, declared.joints, where)
+    source = joint_map(clip.names, conventions.joints, where)
     world = world_rotations(clip)
-    axes = AXES[declared.up]
-    # A body without offsets (SMPL-X) stands y up in axes of its own, whatever is up in the world it was put into.
+    axes = AXES[conventions.up]
+    # A body without offsets (SMPL-X) has y up in its own axes, whichever axis points up in its world.
     upright = np.eye(3) if clip.offsets is None else axes.T
-    at_zero = rest.pose(clip, source, declared.zero, upright, where)
-    turned = {name: axes @ world[:, joint] @ at_zero[name] for name, joint in source.items()}
-    still = [name for name in skeleton.JOINTS if name not in source]
+    rest_rotation = rest.rest_rotations(clip, source, conventions.zero, upright, where)
+    rotations = {name: axes @ world[:, joint] @ rest_rotation[name] for name, joint in source.items()}
+    missing = [name for name in skeleton.JOINTS if name not in source]
     local = np.broadcast_to(np.eye(3), (len(world), len(skeleton.JOINTS), 3, 3)).copy()
     for index, name in enumerate(skeleton.JOINTS):
         parent = skeleton.PARENT[name]
         if parent is None:
-            local[:, index] = turned[name]
+            local[:, index] = rotations[name]
         elif name in source:
-            local[:, index] = np.swapaxes(turned[parent], 1, 2) @ turned[name]
+            local[:, index] = np.swapaxes(rotations[parent], 1, 2) @ rotations[name]
         else:
-            turned[name] = turned[parent]
-    places = world_places(clip, world)
-    hips = places[source["hips"]] @ axes.T * METRES[declared.unit]
-    notes = [f"joints at zero angles, as the file lacks them: {', '.join(still)}"] if still else []
-    _check_unit(clip, source, declared.unit, where)
-    stance = turned["chest"]
+            rotations[name] = rotations[parent]
+    positions = world_positions(clip, world)
+    hips = positions[source["hips"]] @ axes.T * METRES[conventions.unit]
+    notes = [f"joints at zero angles, as the file lacks them: {', '.join(missing)}"] if missing else []
+    _check_unit(clip, source, conventions.unit, where)
+    trunk = rotations["chest"]
     if clip.offsets is not None:
-        stance = axes @ rest.trunk_axes(np.stack(places, axis=1), source, where)
-    notes += _check_stance(stance.mean(axis=0), where)
+        trunk = axes @ rest.trunk_axes(np.stack(positions, axis=1), source, where)
+    notes += _check_stance(trunk.mean(axis=0), where)
     return skeleton.motion_table(hips - hips.mean(axis=0), least_change(local), clip.fps), notes
 
 
 def joint_map(names: tuple[str, ...], declared: str | dict[str, str], where: str) -> dict[str, int]:
-    """Return the source's joint index of each of our joints."""
+    """Return the index in ``names`` of each of our joints that the source has."""
     if isinstance(declared, str):
-        own = {"cospeech": {name: name for name in skeleton.JOINTS}, "smplx": SMPLX}[declared]
-        mapping = {ours: theirs for ours, theirs in own.items() if theirs in names}
+        preset = {"cospeech": {name: name for name in skeleton.JOINTS}, "smplx": SMPLX}[declared]
+        mapping = {ours: theirs for ours, theirs in preset.items() if theirs in names}
     else:
         mapping = declared
     for ours, theirs in mapping.items():
@@ -124,44 +126,44 @@ def joint_map(names: tuple[str, ...], declared: str | dict[str, str], where: str
             raise UserError(f"config: corpus.motion.joints: {_unknown(ours, skeleton.JOINTS)}")
         if theirs not in names:
             raise UserError(f"{where}: {_unknown(theirs, names)}; correct corpus.motion.joints")
-    for ours in NEEDED:
+    for ours in REQUIRED_JOINTS:
         if ours not in mapping:
             raise UserError(
-                f"{where}: no joint is our '{ours}'; map it in corpus.motion.joints to one of {', '.join(names[:30])}"
+                f"{where}: no joint is mapped to '{ours}'; map one of {', '.join(names[:30])} in corpus.motion.joints"
             )
     return {ours: names.index(theirs) for ours, theirs in mapping.items()}
 
 
 def _unknown(name: str, known: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(name, known, n=1)
-    hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(known[:30])}"
+    hint = f"did you mean '{near[0]}'?" if near else f"expected one of {', '.join(known[:30])}"
     return f"unknown joint '{name}'; {hint}"
 
 
 def _check_unit(clip: Clip, source: dict[str, int], unit: str, where: str) -> None:
     if clip.offsets is None:
         return
-    place = rest.places_at_rest(clip)
-    arm_m = np.linalg.norm(place[source["left_forearm"]] - place[source["left_arm"]]) * METRES[unit]
+    position = rest.rest_positions(clip)
+    arm_m = np.linalg.norm(position[source["left_forearm"]] - position[source["left_arm"]]) * METRES[unit]
     if not UPPER_ARM_M[0] <= arm_m <= UPPER_ARM_M[1]:
         raise UserError(
-            f"{where}: its upper arm is {arm_m:.3g} m long if its unit is {unit}; correct corpus.motion.unit"
+            f"{where}: its upper arm is {arm_m:.3g} m long if the unit is {unit}; correct corpus.motion.unit"
         )
 
 
 def _check_stance(trunk: Floats, where: str) -> list[str]:
-    """Refuse a trunk whose mean axes (3, 3) lie down; return a note where they face elsewhere than +z."""
+    """Raise UserError if the trunk, with mean axes (3, 3), lies down; return a note if it does not face +z."""
     lean = np.degrees(np.arccos(np.clip(trunk[1, 1], -1, 1)))
-    if lean > LEAN:
+    if lean > MAX_LEAN_DEG:
         raise UserError(
-            f"{where}: the trunk leans {lean:.0f} degrees from upright on the mean; correct corpus.motion.up or zero"
+            f"{where}: the trunk leans {lean:.0f} degrees from upright on average; correct corpus.motion.up or zero"
         )
     heading = np.degrees(np.arctan2(trunk[0, 2], trunk[2, 2]))
-    return [f"faces {heading:.0f} degrees to the left of +z"] if abs(heading) > TURNED else []
+    return [f"faces {heading:.0f} degrees to the left of +z"] if abs(heading) > MAX_HEADING_DEG else []
 
 
 def world_rotations(clip: Clip) -> Floats:
-    """Return the rotation of every joint in the world, (T, J, 3, 3)."""
+    """Return the rotations of all joints in the world, (T, J, 3, 3)."""
     world = clip.rotations.copy()
     for joint, parent in enumerate(clip.parents):
         if parent >= 0:
@@ -169,15 +171,15 @@ def world_rotations(clip: Clip) -> Floats:
     return world
 
 
-def world_places(clip: Clip, world: Floats) -> list[Floats]:
-    """Return the place of every joint in the world, J arrays (T, 3), in the file's unit."""
-    places: list[Floats] = []
+def world_positions(clip: Clip, world: Floats) -> list[Floats]:
+    """Return the positions of all joints in the world, J arrays (T, 3), in the file's unit."""
+    positions: list[Floats] = []
     for joint, parent in enumerate(clip.parents):
-        still = np.zeros(3) if clip.offsets is None else clip.offsets[joint]
-        local = clip.places.get(joint, still)
+        offset = np.zeros(3) if clip.offsets is None else clip.offsets[joint]
+        local = clip.places.get(joint, offset)
         if parent < 0:
-            places.append(np.broadcast_to(local, (len(world), 3)))
+            positions.append(np.broadcast_to(local, (len(world), 3)))
         else:
             local = np.broadcast_to(local, (len(world), 3))
-            places.append(places[parent] + np.einsum("tij,tj->ti", world[:, parent], local))
-    return places
+            positions.append(positions[parent] + np.einsum("tij,tj->ti", world[:, parent], local))
+    return positions

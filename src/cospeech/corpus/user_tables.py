@@ -1,8 +1,9 @@
-"""Tables of the user's own (Parquet or CSV) enter in the middle of the pipeline: read leniently, checked strictly.
+"""Read user-supplied tables (Parquet or CSV), which replace an intermediate result of the pipeline.
 
-Another program writes no schema, version or checksum of ours, and need not write the raw columns beside the
-normalised ones. What it writes must have our names (they carry the unit), stand on an even time grid and keep to the
-ranges of ``data_schema/``. A Parquet file that says it is ours is held to all of that and its checksum.
+A table written by another program has no schema name, version or checksum, and may lack the raw columns next to the
+normalised ones. Its columns must have our names (which include the unit), its time grid must be uniform, and its
+values must lie within the ranges in ``data_schema/``. A Parquet file with our metadata is validated completely,
+including its checksum.
 """
 
 from __future__ import annotations
@@ -20,34 +21,34 @@ from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
 
-UNEVEN = 0.01
-"""Largest deviation of a frame from the even time grid, in frames."""
+GRID_TOLERANCE = 0.01
+"""Largest deviation of a time from the uniform time grid, in frames."""
 
-RADIANS = 2 * np.pi
-"""A record of gestures whose angles all stay below this many degrees was written in radians."""
+MIN_ARM_ANGLE_DEG = 2 * np.pi
+"""If no arm angle of a record exceeds this value, the angles must be in radians."""
 
-FARTHEST_M = 50.0
-"""Displacement of the hips beyond which a motion table was not written in metres."""
+MAX_DISPLACEMENT_M = 50.0
+"""If the hips are displaced by more than this, the displacement cannot be in metres."""
 
 
-def read(path: str | Path, schema: str, further: tuple[str, ...] = ()) -> pd.DataFrame:
-    """Read a table of the user's own; columns that the schema does not know are left out.
+def read(path: str | Path, schema: str, extra: tuple[str, ...] = ()) -> pd.DataFrame:
+    """Read a user-supplied table and drop the columns that are not in the schema.
 
-    ``further`` names columns of the schema's pattern that must be there too.
+    ``extra`` names columns that match the schema's pattern and are required as well.
 
     Raises
     ------
-    UserError : missing or damaged file, a column in another unit, missing columns, text among numbers.
+    UserError : if the file is missing or damaged, lacks a column, or has a column in another unit.
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: no such file; correct the path")
     frame = _read_csv(path) if Path(path).suffix.lower() == ".csv" else _read_parquet(path, schema)
     table = tables.schema(schema)
-    required = [*(column.name for column in table.columns if not column.nullable), *further]
+    required = [*(column.name for column in table.columns if not column.nullable), *extra]
     for name in required:
         if name not in frame.columns:
             foreign = [column for column in map(str, frame.columns) if column not in required]
-            raise UserError(f"{path}: column '{name}' is missing{_near(name, foreign)}")
+            raise UserError(f"{path}: column '{name}' is missing{_rename_hint(name, foreign)}")
     known = frame[[name for name in frame.columns if table.column(name) is not None]].copy()
     for column in table.columns:
         if column.name not in known.columns:
@@ -55,24 +56,24 @@ def read(path: str | Path, schema: str, further: tuple[str, ...] = ()) -> pd.Dat
     return known
 
 
-def _near(name: str, columns: list[str]) -> str:
+def _rename_hint(name: str, columns: list[str]) -> str:
     near = difflib.get_close_matches(name, columns, n=1)
-    return f"; is it '{near[0]}'? Then rename it, and convert it to the unit" if near else "; add it"
+    return f"; if it is '{near[0]}', rename it and convert it to the unit in the name" if near else "; add it"
 
 
-def _known(name: str, known: list[str]) -> str:
+def _suggestion(name: str, known: list[str]) -> str:
     near = difflib.get_close_matches(name, known, n=1)
-    return f"; did you mean '{near[0]}'?" if near else f"; known are {', '.join(known[:12])}"
+    return f"; did you mean '{near[0]}'?" if near else f"; expected one of {', '.join(known[:12])}"
 
 
 def _read_csv(path: str | Path) -> pd.DataFrame:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # rows longer than the heading would only be warned of, and shifted
+            warnings.simplefilter("error")  # rows longer than the header would only cause a warning, and be shifted
             return pd.read_csv(path, encoding="utf-8-sig", index_col=False, low_memory=False)
     except (OSError, ValueError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
         reason = " ".join(str(error).split())[:80]
-        raise UserError(f"{path}: cannot be read as CSV ({reason}); write it anew") from error
+        raise UserError(f"{path}: cannot be read as CSV ({reason}); export it again") from error
 
 
 def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
@@ -80,7 +81,7 @@ def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
         arrow = pq.read_table(path, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:80]
-        raise UserError(f"{path}: damaged or no Parquet file ({reason}); write it anew") from error
+        raise UserError(f"{path}: damaged, or not a Parquet file ({reason}); export it again") from error
     if b"schema_version" in (arrow.schema.metadata or {}):
         return tables.read(path, schema)
     for field in arrow.schema:
@@ -92,24 +93,29 @@ def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
 
 
 def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
-    """Return a motion table of the user's own and notes; joints that it leaves out stay at zero angles.
+    """Return a user-supplied motion table, and notes; the angles of joints that it lacks are set to zero.
 
     Raises
     ------
-    UserError : as ``read``; and NaN, unknown joints, arms missing, an uneven time grid, radians or centimetres.
+    UserError
+        As in ``read``, and if the table contains NaN, has unknown joints, lacks arm joints, is in radians or
+        centimetres, or has a non-uniform time grid.
     """
-    delivered = read(path, "motion", tuple(skeleton.angle_columns(skeleton.ARM_JOINTS)))
-    given = [name for name in delivered.columns if name.endswith("_deg")]
+    supplied = read(path, "motion", tuple(skeleton.angle_columns(skeleton.ARM_JOINTS)))
+    given = [name for name in supplied.columns if name.endswith("_deg")]
     for name in given:
         if name not in skeleton.angle_columns():
-            raise UserError(f"{path}: unknown joint column '{name}'{_known(name, skeleton.angle_columns())}")
-    numbers = _numbers(delivered, [*skeleton.ROOT_COLUMNS, *given], path)
-    fps = 1 / _step(delivered, path)
-    if np.abs(numbers[skeleton.angle_columns(skeleton.ARM_JOINTS)].to_numpy()).max() < RADIANS:
-        raise UserError(f"{path}: no arm angle exceeds 2 pi degrees; they seem to be radians: write degrees")
-    if np.abs(numbers[list(skeleton.ROOT_COLUMNS)].to_numpy()).max() > FARTHEST_M:
+            raise UserError(f"{path}: unknown joint column '{name}'{_suggestion(name, skeleton.angle_columns())}")
+    numbers = _numbers(supplied, [*skeleton.ROOT_COLUMNS, *given], path)
+    fps = 1 / _frame_period(supplied, path)
+    if np.abs(numbers[skeleton.angle_columns(skeleton.ARM_JOINTS)].to_numpy()).max() < MIN_ARM_ANGLE_DEG:
         raise UserError(
-            f"{path}: the hips move more than {FARTHEST_M:.0f} m; write metres, from where they are at rest"
+            f"{path}: all arm angles are below 2 pi, so they seem to be in radians; convert them to degrees"
+        )
+    if np.abs(numbers[list(skeleton.ROOT_COLUMNS)].to_numpy()).max() > MAX_DISPLACEMENT_M:
+        raise UserError(
+            f"{path}: the hips are displaced by more than {MAX_DISPLACEMENT_M:.0f} m; convert to metres, relative to "
+            "their position at rest"
         )
     angles = numbers.reindex(columns=skeleton.angle_columns(), fill_value=0.0).to_numpy(dtype=float)
     root = numbers[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float)
@@ -119,23 +125,27 @@ def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
 
 
 def prosody(path: str | Path, frame_s: float) -> pd.DataFrame:
-    """Return a prosody table of the user's own, at the frames of the configuration.
+    """Return a user-supplied prosody table, with its frames and times renumbered.
 
     Raises
     ------
-    UserError : as ``read``; and NaN, an uneven time grid or one that differs from ``frame_s``, a constant feature.
+    UserError
+        As in ``read``, and if the table contains NaN or a constant feature, has a non-uniform time grid, or a frame
+        period other than ``frame_s``.
     """
-    delivered = read(path, "prosody")
+    supplied = read(path, "prosody")
     columns = [column.name for column in tables.schema("prosody").columns]
     features = [name for name in columns if name not in ("frame", "time_s", "intensity_log", "lag_s")]
-    numbers = _numbers(delivered, features, path)
-    step = _step(delivered, path)
-    if abs(step / frame_s - 1) > UNEVEN / 100:
-        raise UserError(f"{path}: its frames are {step:.6g} s apart, speech.frame_s says {frame_s}; make them agree")
+    numbers = _numbers(supplied, features, path)
+    period_s = _frame_period(supplied, path)
+    if abs(period_s / frame_s - 1) > GRID_TOLERANCE / 100:
+        raise UserError(
+            f"{path}: its frame period is {period_s:.6g} s, but speech.frame_s is {frame_s}; make them agree"
+        )
     for name in ("intensity", "pitch_gain"):
         if np.ptp(numbers[name].to_numpy()) == 0:
-            raise UserError(f"{path}: column '{name}' never changes, so it is no speech; check how it was made")
-    table = delivered[columns].assign(**{name: numbers[name] for name in features})
+            raise UserError(f"{path}: column '{name}' is constant, so this is not speech; check how it was computed")
+    table = supplied[columns].assign(**{name: numbers[name] for name in features})
     table["frame"] = np.arange(len(table))
     table["time_s"] = segments.frame_times(len(table), 1 / frame_s)
     tables.validate(table, "prosody", str(path))
@@ -143,62 +153,63 @@ def prosody(path: str | Path, frame_s: float) -> pd.DataFrame:
 
 
 def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
-    """Return the complete gesture segments of ``record`` from a segment table of the user's own.
+    """Return the gesture segments of ``record`` from a user-supplied segment table.
 
-    The table may hold several records, then its rows of ``record`` count.
+    If the table contains several records, only the rows of ``record`` are used.
 
     Raises
     ------
-    UserError : as ``read``; and gaps, overlaps, unknown labels, frames and times that disagree.
+    UserError
+        As in ``read``, and if segments leave a gap or overlap, labels are unknown, or frames and times disagree.
     """
-    delivered = read(path, "segments")
-    if len(delivered["record"].unique()) > 1 or (delivered["record"] == record).any():
-        delivered = delivered[delivered["record"] == record]
-    if len(delivered) == 0:
-        raise UserError(f"{path}: holds no segment of record '{record}'; check its column 'record'")
-    delivered = delivered.reset_index(drop=True)
-    numbers = _numbers(delivered, ["start_frame", "end_frame", "start_s", "end_s"], path)
-    table = delivered.assign(record=record, segment=np.arange(len(delivered)), **numbers)
+    supplied = read(path, "segments")
+    if len(supplied["record"].unique()) > 1 or (supplied["record"] == record).any():
+        supplied = supplied[supplied["record"] == record]
+    if len(supplied) == 0:
+        raise UserError(f"{path}: contains no segment of record '{record}'; check its column 'record'")
+    supplied = supplied.reset_index(drop=True)
+    numbers = _numbers(supplied, ["start_frame", "end_frame", "start_s", "end_s"], path)
+    table = supplied.assign(record=record, segment=np.arange(len(supplied)), **numbers)
     tables.validate(table, "segments", str(path))
     table = table.astype({"start_frame": np.int64, "end_frame": np.int64})
     segments.check(table, str(path))
     unknown = table[~table["label"].isin(labels)]
     if len(unknown):
         name = str(unknown["label"].iloc[0])
-        raise UserError(f"{path}: segment {unknown.index[0]}: unknown label '{name}'{_known(name, labels)}")
+        raise UserError(f"{path}: segment {unknown.index[0]}: unknown label '{name}'{_suggestion(name, labels)}")
     frames, seconds = table[["start_frame", "end_frame"]].to_numpy(), table[["start_s", "end_s"]].to_numpy()
-    step = float(seconds[-1, 1] / frames[-1, 1])
-    wrong = (np.abs(frames * step - seconds) > step / 2).any(axis=1) | (step <= 0)
-    if wrong.any():
-        row = int(np.flatnonzero(wrong)[0])
-        raise UserError(f"{path}: segment {row}: its frames and its times disagree; one frame rate for all of them")
+    period_s = float(seconds[-1, 1] / frames[-1, 1])
+    disagree = (np.abs(frames * period_s - seconds) > period_s / 2).any(axis=1) | (period_s <= 0)
+    if disagree.any():
+        row = int(np.flatnonzero(disagree)[0])
+        raise UserError(f"{path}: segment {row}: its frames and times disagree; use one frame rate for all segments")
     n_frames = int(table["end_frame"].iloc[-1])
-    return segments.from_starts(record, table["start_frame"], table["label"], n_frames, round(1 / step, 6))
+    return segments.from_starts(record, table["start_frame"], table["label"], n_frames, round(1 / period_s, 6))
 
 
 def _numbers(frame: pd.DataFrame, columns: list[str], path: str | Path) -> pd.DataFrame:
-    """Return ``columns`` as floats, every one of them there."""
+    """Return ``columns`` as finite floats; raise UserError for a missing or non-numeric value."""
     numbers = frame[columns].apply(pd.to_numeric, errors="coerce").astype(float)
     missing = np.argwhere(~np.isfinite(numbers.to_numpy()))
     if len(missing):
         row, column = missing[0]
         joint = columns[column].rsplit("_", 2)[0] if columns[column].endswith("_deg") else None
         what = f"joint '{joint}'" if joint else f"column '{columns[column]}'"
-        raise UserError(f"{path}: {what} is missing (NaN) or no number in frame {row}; fill or cut the gap")
+        raise UserError(f"{path}: {what} is missing (NaN) or not a number in frame {row}; fill or cut the gap")
     return numbers.reset_index(drop=True)
 
 
-def _step(frame: pd.DataFrame, path: str | Path) -> float:
-    """Return the distance of frames in seconds; the times must be even and the frames count up by one."""
+def _frame_period(frame: pd.DataFrame, path: str | Path) -> float:
+    """Return the frame period in seconds; times must be uniform and frame numbers consecutive."""
     times = _numbers(frame, ["time_s"], path)["time_s"].to_numpy()
     count = _numbers(frame, ["frame"], path)["frame"].to_numpy()
     if len(times) < 2:
-        raise UserError(f"{path}: holds {len(times)} frames; name a whole record")
-    step = float((times[-1] - times[0]) / (len(times) - 1))
-    off = np.abs(times - times[0] - np.arange(len(times)) * step) > UNEVEN * step
-    if step <= 0 or off.any() or (np.diff(count) != 1).any():
-        row = int(np.flatnonzero(off | (np.append(1, np.diff(count)) != 1))[0]) if step > 0 else 0
+        raise UserError(f"{path}: contains only {len(times)} frame(s); use a whole record")
+    period_s = float((times[-1] - times[0]) / (len(times) - 1))
+    irregular = np.abs(times - times[0] - np.arange(len(times)) * period_s) > GRID_TOLERANCE * period_s
+    if period_s <= 0 or irregular.any() or (np.diff(count) != 1).any():
+        row = int(np.flatnonzero(irregular | (np.append(1, np.diff(count)) != 1))[0]) if period_s > 0 else 0
         raise UserError(
-            f"{path}: frames are uneven or missing at row {row} (time_s, frame); bring them on an even grid"
+            f"{path}: frames are missing or not uniform at row {row} (time_s, frame); resample them to a uniform grid"
         )
-    return step
+    return period_s

@@ -1,4 +1,4 @@
-"""What filming costs the experiment: scores from filmed joint angles beside those from the true ones."""
+"""Effect of filming on the experiment: scores with joint angles from films, compared with the planted angles."""
 
 from __future__ import annotations
 
@@ -6,38 +6,41 @@ import pandas as pd
 
 from cospeech.evaluation import sessions
 
-KEY = ["system", "clusters", "states", "actor", "measure", "part", "bin_s"]
+KEY = ["system", "variant", "actor", "measure", "part", "bin_s"]
 QUANTITY = ["actor", "measure", "part", "bin_s"]
 
 
 def film_effect(filmed: pd.DataFrame, true: pd.DataFrame, settings: sessions.Bootstrap) -> pd.DataFrame:
-    """Return the table ``film_effect``: session scores from films and from true angles, and their difference.
+    """Return session scores with filmed and with planted joint angles, and their difference (schema ``film_effect``).
 
-    The two are held against each other as two systems are: paired by record, with intervals over the records. The
-    difference is relative to the true score, in percent, and missing where that is 0 or undefined.
+    The two sets of scores are compared like those of two systems: paired by record, with bootstrap intervals over
+    records. The difference is relative to the score with planted angles, in percent; it is null if that score is 0 or
+    undefined.
 
     Parameters
     ----------
-    filmed : the table ``record_scores``.
-    true : the same of one system and setting, which tells those of ``filmed`` that count.
+    filmed : scores with joint angles from films (schema ``record_scores``).
+    true : scores with the planted joint angles (schema ``record_scores``), for one system and setting; only the rows
+        of ``filmed`` with that system and setting are used.
+    settings : settings of the bootstrap.
     """
-    system, clusters, states = true[["system", "clusters", "states"]].iloc[0]
-    own = filmed[(filmed["system"] == system) & (filmed["clusters"] == clusters) & (filmed["states"] == states)]
-    both = pd.concat([own.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
+    system, variant = true[["system", "variant"]].iloc[0]
+    same = filmed[(filmed["system"] == system) & (filmed["variant"] == variant) & (filmed["phrases"] == "planned")]
+    both = pd.concat([same.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
     scores = sessions.session_scores(both, settings)
     filmed_scores, true_scores = (scores[scores["system"] == side] for side in ("filmed", "planted"))
-    pairs = sessions.differences(both, clusters, states, settings)
+    pairs = sessions.differences(both, {"filmed": variant, "planted": variant}, settings)
     table = (
         filmed_scores.merge(true_scores[[*QUANTITY, "value"]], on=QUANTITY, suffixes=("", "_true"), validate="1:1")
         .merge(pairs[pairs["system"] == "filmed"], on=QUANTITY, suffixes=("", "_apart"), validate="1:1")
         .assign(system=system)
     )
-    size = table["value_true"].abs()
-    relative = 100.0 / size.where(size > 0)
+    magnitude = table["value_true"].abs()
+    to_percent = 100.0 / magnitude.where(magnitude > 0)
     return table.assign(
         filmed=table["value"],
         planted=table["value_true"],
-        difference_pct=relative * (table["value"] - table["value_true"]),
-        low_pct=relative * table["low_apart"],
-        high_pct=relative * table["high_apart"],
+        difference_pct=to_percent * (table["value"] - table["value_true"]),
+        low_pct=to_percent * table["low_apart"],
+        high_pct=to_percent * table["high_apart"],
     )[[*KEY, "filmed", "planted", "difference_pct", "low_pct", "high_pct", "n_records"]]

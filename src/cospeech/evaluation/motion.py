@@ -1,4 +1,4 @@
-"""How fast the hands and elbows move: histograms of speed, acceleration and jerk, and how far they differ."""
+"""Kinematics of hands and elbows: histograms of speed, acceleration and jerk, and Hellinger distances of them."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from cospeech.errors import UserError
 from cospeech.motion import skeleton
 
 JOINTS = ("left_forearm", "left_hand", "right_forearm", "right_hand")
-"""Elbows and wrists, as the joints where forearm and hand begin."""
+"""Elbows and wrists, named after the body parts that begin there."""
 
 UNITS = {"speed": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
-"""The quantities, each the magnitude of one more time derivative of the position in the world."""
+"""Units of the quantities: magnitudes of the first, second and third time derivative of the world position."""
 
 ORIGINAL = "original"
-ANOTHER = "another original"
+OTHER_ORIGINAL = "another original"
 
 Quantities = dict[tuple[str, str], Floats]
-"""Magnitudes (T - order,) by quantity and joint."""
+"""Magnitudes by quantity and joint, (T - order of the derivative,) each."""
 
-_MAXIMUM_SHARE = 0.995
+_MAX_QUANTILE = 0.995
 
 
 def magnitudes(motion: pd.DataFrame) -> Quantities:
-    """Return speed, acceleration and jerk of every joint of ``JOINTS``, by forward differences at the motion's rate.
+    """Return speed, acceleration and jerk of each joint in ``JOINTS``, by forward differences at the frame rate.
 
-    Nothing is smoothed: noise on the angles shows, most in the jerk, and more of it at a higher frame rate.
+    The motion is not smoothed, so noise in the angles affects the result: most of all the jerk, and more at higher
+    frame rates.
     """
     fps = skeleton.frame_rate(motion)
     root = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float)
@@ -45,50 +46,52 @@ def magnitudes(motion: pd.DataFrame) -> Quantities:
 
 
 def bin_edges(originals: list[Quantities], n_bins: int) -> dict[str, Floats]:
-    """Return the edges (n_bins + 1,) of the bins of each quantity, from 0 in equal steps, the same for every joint.
+    """Return the edges (n_bins + 1,) of equal-width bins from 0 for each quantity, the same for all joints.
 
-    All but the fastest 0.5 % of the original motion lies below the last edge; the last bin holds what is beyond.
+    The last edge is the 99.5th percentile of the original motion; the last bin also contains all larger values.
     """
     edges = {}
     for quantity in UNITS:
         values = np.concatenate([table[quantity, joint] for table in originals for joint in JOINTS])
-        top = float(np.quantile(values, _MAXIMUM_SHARE)) if len(values) else 0.0
+        top = float(np.quantile(values, _MAX_QUANTILE)) if len(values) else 0.0
         edges[quantity] = np.linspace(0.0, top if top > 0 else 1.0, n_bins + 1)
     return edges
 
 
-def shares(values: Floats, edges: Floats) -> Floats:
-    """Return the share of the values in each bin, shape (n_bins,), values beyond the last edge in the last bin."""
+def histogram(values: Floats, edges: Floats) -> Floats:
+    """Return the share of values in each bin, (n_bins,); values beyond the last edge are counted in the last bin."""
     bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     return np.bincount(bins, minlength=len(edges) - 1) / max(1, len(values))
 
 
 def hellinger(p: Floats, q: Floats) -> float:
-    """Return the Hellinger distance of two discrete distributions: 0 for equal ones, 1 for disjoint ones."""
+    """Return the Hellinger distance between two discrete distributions: 0 if equal, 1 if disjoint."""
     return math.sqrt(max(0.0, 1.0 - float(np.sqrt(p * q).sum())))
 
 
 def statistics(
     motions: dict[tuple[str, str], pd.DataFrame], actors: dict[str, str], n_bins: int
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return how the motion of each system compares with the original motion.
+    """Compare the motion of each system with the original motion.
 
     Parameters
     ----------
     motions : motion tables by (system, record); the original motion is the system ``original``.
     actors : the actor of each record.
-    n_bins : bins of the histograms.
+    n_bins : number of histogram bins.
 
     Returns
     -------
-    The statistics, one row a system, record, quantity and joint: mean, hellinger (to the record's original; null
-    for the original itself), fps, unit, n_frames. Rows of the system ``another original`` compare each record with
-    the actor's other original records (the mean distance): what a person differs from themselves.
-    The histograms, one row a system, actor, quantity, joint and bin, pooled over the actor's records.
+    The statistics (schema ``motion_statistics``), one row per system, record, quantity and joint. The Hellinger
+    distance is to the original motion of the record, and null for the original itself. Rows of the system ``another
+    original`` compare each record with the actor's other original records (mean distance), i.e. they show how much a
+    person's motion varies between records.
+    The histograms (schema ``motion_histograms``), one row per system, actor, quantity, joint and bin, pooled over the
+    actor's records.
 
     Raises
     ------
-    UserError : motions of different frame rate, whose accelerations do not compare.
+    UserError : if the motions differ in frame rate, because their accelerations would not be comparable.
     """
     _check_rates(motions)
     measured = {key: magnitudes(table) for key, table in motions.items()}
@@ -104,7 +107,7 @@ def _check_rates(motions: dict[tuple[str, str], pd.DataFrame]) -> None:
         if fps != first:
             raise UserError(
                 f"motion of record '{record}' ({system}) has {fps:g} frames/s, that of '{first_record}' "
-                f"({first_system}) {first:g}: speeds compare at one rate only; resample the motion to one rate"
+                f"({first_system}) {first:g}: resample all motions to one rate"
             )
 
 
@@ -114,7 +117,7 @@ def _distances(
     rows = []
     for quantity, unit in UNITS.items():
         for joint in JOINTS:
-            share = {key: shares(table[quantity, joint], edges[quantity]) for key, table in measured.items()}
+            share = {key: histogram(table[quantity, joint], edges[quantity]) for key, table in measured.items()}
             common = {"quantity": quantity, "joint": joint, "fps": fps, "unit": unit}
             for (system, record), table in measured.items():
                 values = table[quantity, joint]
@@ -124,18 +127,18 @@ def _distances(
                     | {"mean": values.mean(), "n_frames": len(values)}
                     | {"hellinger": math.nan if system == ORIGINAL else distance}
                 )
-            for record, others in _others(actors).items():
+            for record, others in _other_records(actors).items():
                 distances = [hellinger(share[ORIGINAL, other], share[ORIGINAL, record]) for other in others]
                 speeds = [measured[ORIGINAL, other][quantity, joint] for other in others]
                 rows.append(
-                    {"system": ANOTHER, "actor": actors[record], "record": record, **common}
+                    {"system": OTHER_ORIGINAL, "actor": actors[record], "record": record, **common}
                     | {"mean": np.mean([v.mean() for v in speeds]), "n_frames": sum(map(len, speeds))}
                     | {"hellinger": float(np.mean(distances))}
                 )
     return pd.DataFrame(rows)
 
 
-def _others(actors: dict[str, str]) -> dict[str, list[str]]:
+def _other_records(actors: dict[str, str]) -> dict[str, list[str]]:
     others: dict[str, list[str]] = {}
     for record, other in permutations(actors, 2):
         if actors[record] == actors[other]:
@@ -158,7 +161,11 @@ def _histograms(
                         pd.DataFrame(
                             {"system": system, "actor": actor, "quantity": quantity, "joint": joint, "fps": fps}
                             | {"unit": unit, "bin": np.arange(1, len(upper) + 1)}
-                            | {"low": edges[quantity][:-1], "high": upper, "share": shares(values, edges[quantity])}
+                            | {
+                                "low": edges[quantity][:-1],
+                                "high": upper,
+                                "share": histogram(values, edges[quantity]),
+                            }
                         )
                     )
     return pd.concat(tables, ignore_index=True)

@@ -1,9 +1,8 @@
-"""What of the virtual studio's plan is found again: gesture phrases, prosody patterns, pitch, the planted process."""
+"""Recovery of the planted ground truth: gesture phrases, prosody patterns, pitch, and the planted process."""
 
 from __future__ import annotations
 
 import math
-import zlib
 from typing import Any
 
 import numpy as np
@@ -11,27 +10,27 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data import segments
+from cospeech.data.rng import random_source
 from cospeech.metrics import agreement
 
 Rows = list[dict[str, Any]]
 
 SIMULATIONS = 2000
-"""Draws of the planted process against which observed counts are held."""
-
+"""Number of samples of the planted process that the observed counts are compared with."""
 
 COLUMNS = ["quantity", "actor", "record", "clusters", "states", "part", "value", "n"]
 
 
 def table(rows: Rows) -> pd.DataFrame:
-    """Return the rows as one table; what a row does not say is missing."""
+    """Return the rows as one table (schema ``recovery``); columns that a row lacks are null."""
     frame = pd.DataFrame(rows).reindex(columns=COLUMNS)
     return frame.astype({"clusters": "Int64", "states": "Int64"})
 
 
 def gestures(planted: pd.DataFrame, found: pd.DataFrame, frame_s: float) -> Rows:
-    """Return how well the found gesture phrases of one record agree with the planted ones, on the prosody grid.
+    """Return the agreement of the found and the planted gesture phrases of one record, on the prosody time grid.
 
-    Rows: gesture_frames_right (share of frames), gesture_kappa (Cohen), gesture_phrase_ratio (found / planted).
+    Rows: gesture_frames_right (share of frames), gesture_kappa (Cohen's), gesture_phrase_ratio (found / planted).
     """
     n_frames = round(float(planted["end_s"].iloc[-1]) / frame_s)
     true, guess = (segments.resample(table, n_frames, 1.0 / frame_s) for table in (planted, found))
@@ -46,14 +45,14 @@ def gestures(planted: pd.DataFrame, found: pd.DataFrame, frame_s: float) -> Rows
 
 
 def prosody(planted: pd.DataFrame, found: pd.DataFrame, held_out: str) -> Rows:
-    """Return the adjusted mutual information of found prosody clusters and planted patterns, frame by frame.
+    """Return the adjusted mutual information of found prosody clusters and planted patterns over frames.
 
-    One row for the held-out record of the fold and one for the records that its clusters were trained on.
+    There is one row for the held-out record of the fold, and one for the records that its clusters were trained on.
 
     Parameters
     ----------
-    planted, found : segments of several records; those of ``found`` are compared.
-    held_out : the record of the fold.
+    planted, found : segments of several records; the records in ``found`` are evaluated.
+    held_out : the held-out record of the fold.
     """
     from sklearn.metrics import adjusted_mutual_info_score
 
@@ -76,15 +75,16 @@ def prosody(planted: pd.DataFrame, found: pd.DataFrame, held_out: str) -> Rows:
 
 
 def pitch(planted: pd.DataFrame, measured: pd.DataFrame, voiced_gain: float) -> Rows:
-    """Return how far the measured pitch lag lies from the planted one in voiced frames of one record.
+    """Return the error of the measured pitch lag, compared with the planted one, in voiced frames of one record.
 
-    Rows: pitch_error (median of the relative error), pitch_gross_errors (share beyond 20 %, octave jumps and such).
-    Voiced is what was planted with a pitch and measured with a gain above ``voiced_gain``.
+    Rows: pitch_error (median relative error), pitch_gross_errors (share of errors above 20 %, e.g. octave errors).
+    Voiced frames have a planted pitch and a measured gain above ``voiced_gain``.
 
     Parameters
     ----------
-    planted : time_s, lag_s (null where no voice is planted).
+    planted : time_s, lag_s (null in unvoiced frames).
     measured : the prosody table of the record.
+    voiced_gain : pitch gain above which a frame is voiced.
     """
     times = planted["time_s"].to_numpy()
     nearest = np.abs(measured["time_s"].to_numpy()[:, None] - times[None, :]).argmin(axis=1)
@@ -99,18 +99,19 @@ def pitch(planted: pd.DataFrame, measured: pd.DataFrame, voiced_gain: float) -> 
 
 
 def process(phrases: pd.DataFrame, transitions: pd.DataFrame, durations: pd.DataFrame, seed: int) -> Rows:
-    """Return whether the planted phrases of one actor are a likely draw of the planted process.
+    """Test whether the planted phrases of one actor are a plausible sample of the planted process.
 
-    Rows: transitions_p and durations_p, the share of as many draws from the planted probabilities that lie further
-    from them (Pearson's chi-square, compared with simulated draws, since most cells expect less than five). A small
-    value tells that counting phrases would not give back what was planted. The last phrase of a record is cut off by
-    its end, and is left out.
+    Rows: transitions_p and durations_p, the p-values of Pearson's chi-square statistic. They are estimated from
+    simulated samples of the same size, because most cells have an expected count below five. A small value means that
+    the planted probabilities cannot be recovered by counting phrases. The last phrase of each record is left out,
+    because it is truncated by the end of the record.
 
     Parameters
     ----------
     phrases : planted gesture segments of the actor's records.
     transitions : from_gesture, to_gesture, probability.
     durations : gesture, bin, duration_s, probability.
+    seed : seed of the simulated samples.
     """
     follows = phrases["label"].shift(-1).where(phrases["record"] == phrases["record"].shift(-1))
     whole = phrases.assign(to=follows)[follows.notna()]
@@ -131,6 +132,7 @@ def process(phrases: pd.DataFrame, transitions: pd.DataFrame, durations: pd.Data
 
 
 def _simulated_p(observed: pd.DataFrame, planned: pd.DataFrame, seed: int, name: str) -> float:
+    """Return the p-value of ``observed`` counts under ``planned`` probabilities; NaN if there are no counts."""
     counts = observed.to_numpy(dtype=np.int64)
     totals = counts.sum(axis=1)
     used = totals > 0
@@ -139,16 +141,16 @@ def _simulated_p(observed: pd.DataFrame, planned: pd.DataFrame, seed: int, name:
     probability = planned.to_numpy(dtype=float)[used]
     probability /= probability.sum(axis=1, keepdims=True)
     expected = totals[used, None] * probability
-    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-    drawn = np.stack(
+    rng = random_source(seed, name)
+    simulated = np.stack(
         [rng.multinomial(n, p, SIMULATIONS) for n, p in zip(totals[used], probability, strict=True)], axis=1
     )
 
-    def distance(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def chi_square(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
         with np.errstate(divide="ignore", invalid="ignore"):
             cells = (table - expected) ** 2 / expected
         cells[..., expected == 0] = np.where(table[..., expected == 0] > 0, np.inf, 0.0)
         return cells.sum(axis=(-2, -1))
 
-    further = int((distance(drawn) >= distance(counts[used]) - 1e-9).sum())
-    return (further + 1) / (SIMULATIONS + 1)
+    larger = int((chi_square(simulated) >= chi_square(counts[used]) - 1e-9).sum())
+    return (larger + 1) / (SIMULATIONS + 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -68,6 +69,49 @@ def phrases(table: pd.DataFrame, rules: Rules) -> Phrases:
     return Phrases(np.append(0, ends), labels.astype(np.int64))
 
 
+class Scored(NamedTuple):
+    """What is scored: the phrases of one record that a system planned, or that are seen in its motion."""
+
+    system: str
+    variant: str
+    record: str
+    phrases: str
+
+
+def planned(tables: Iterable[pd.DataFrame]) -> dict[Scored, pd.DataFrame]:
+    """Return the phrases of each system, variant and record in tables of schema ``planned_phrases``."""
+    return {
+        Scored(str(system), str(variant), str(record), "planned"): own
+        for table in tables
+        for (system, variant, record), own in table.groupby(["system", "variant", "record"], sort=False)
+    }
+
+
+def table(
+    synthesised: Mapping[Scored, pd.DataFrame],
+    actual: Mapping[str, pd.DataFrame],
+    actors: Mapping[str, str],
+    rules: Rules,
+) -> pd.DataFrame:
+    """Return the table ``record_scores``.
+
+    A system that made nothing of one record (it failed) is left out altogether: its mean over the other records could
+    not be compared with those of other systems.
+
+    Parameters
+    ----------
+    synthesised : segment tables. actual : the actual segment table of each record. actors : the actor of each record.
+    """
+    failed = {one.system for one, made in synthesised.items() if len(made) == 0}
+    real = {record: phrases(own, rules) for record, own in actual.items()}
+    rows: list[dict[str, Any]] = []
+    for one, made in synthesised.items():
+        if one.system not in failed:
+            origin = one._asdict() | {"actor": actors[one.record]}
+            rows += [origin | row for row in record_scores(real[one.record], phrases(made, rules), rules)]
+    return pd.DataFrame(rows)
+
+
 def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[dict[str, Any]]:
     """Return every measure of one record, one row each (and for S one row a gesture and bin width).
 
@@ -92,9 +136,9 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
         rows += [common | row for row in _similarities(actual, synthesised, low, high, rules)]
         a, s = (_starts_in(side, low, high) * rules.frame_s for side in (actual, synthesised))
         targets = actual.starts[int(part == "interior") : -1] * rules.frame_s
-        labels = [side[low:high] for side in frame_labels]
+        labels = (frame_labels[0][low:high], frame_labels[1][low:high])
         values = {
-            "D": boundaries.distance_s(s, targets),
+            "D": boundaries.distance(s, targets),
             "boundary_f1": boundaries.boundary_f1(s, a, rules.tolerance_s),
             "phrase_ratio": len(s) / len(a) if len(a) else math.nan,
             "frames_right": agreement.share_right(*labels),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +18,8 @@ ALL = "all"
 """The name under which the records of all actors are pooled."""
 
 
-_QUANTITY = ["measure", "part", "bin_s"]
-_GROUP = ["system", "clusters", "states", *_QUANTITY]
+_QUANTITY = ["phrases", "measure", "part", "bin_s"]
+_GROUP = ["system", "variant", *_QUANTITY]
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
 
     Returns
     -------
-    Columns system, clusters, states, actor, measure, part, bin_s, value, low, high, n (values in the mean),
+    Columns system, variant, actor, phrases, measure, part, bin_s, value, low, high, n (values in the mean),
     n_undefined (left out), n_records (with a defined value, from which the interval is drawn).
     """
     tables = []
@@ -73,18 +73,20 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
     return pd.concat(tables, ignore_index=True)
 
 
-def differences(record_scores: pd.DataFrame, clusters: int, states: int, settings: Bootstrap) -> pd.DataFrame:
-    """Return the difference of every two systems at one setting, paired by record.
+def differences(record_scores: pd.DataFrame, main: Mapping[str, str], settings: Bootstrap) -> pd.DataFrame:
+    """Return the difference of every two systems, each in its main variant, paired by record.
 
-    The difference is that of the session scores over the records where both are defined; each bootstrap sample
-    draws the same records for both. ``better`` says that the whole interval lies on the measure's good side of 0;
+    Planned phrases are compared with planned ones, and phrases seen in motion with such. The difference is that of
+    the session scores over the records where both are defined; each bootstrap sample draws the same records for both.
+    ``better`` says that the whole interval lies on the measure's good side of 0;
     it is missing where there is no interval or the measure has no good side.
 
     Returns
     -------
-    Columns system, other, actor, measure, part, bin_s, difference (system - other), low, high, n (records), better.
+    Columns system, other, actor, phrases, measure, part, bin_s, difference (system - other), low, high, n (records)
+    and better.
     """
-    at_setting = record_scores[(record_scores["clusters"] == clusters) & (record_scores["states"] == states)]
+    at_setting = record_scores[record_scores["variant"] == record_scores["system"].map(main)]
     tables = []
     for session in _sessions(at_setting):
         counts = bootstrap.draws(session.strata, settings.samples, settings.seed, session.actor)

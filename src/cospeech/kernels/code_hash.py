@@ -1,7 +1,8 @@
-"""Which modules of the package a script rests on, and the hash of their text.
+"""Which modules of the package a script depends on, and the hash of their text.
 
-Snakemake sees a changed script but not a changed module that the script imports. Each rule therefore carries
-the content hash of its script's import closure as a parameter, and an edit reruns just what depends on it.
+Snakemake notices a changed script, but not a change in a module that the script imports. Each rule therefore has the
+hash of its script and of all modules that it imports as a parameter, so that an edit reruns what depends on it and
+nothing else. Imports are read from the text, without running any module.
 """
 
 from __future__ import annotations
@@ -9,33 +10,62 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 
 
 def closure(script: Path) -> tuple[Path, ...]:
-    """Return ``script`` and every module of the package that it imports, directly or not, sorted."""
+    """Return ``script`` and every module of the package that it imports, directly or indirectly, sorted."""
     found: set[Path] = set()
     open_paths = [script]
     while open_paths:
         path = open_paths.pop()
         if path not in found:
             found.add(path)
-            open_paths.extend(_imports(path))
+            open_paths.extend(imports(path))
     return tuple(sorted(found))
 
 
 def code_hash(script: Path) -> str:
-    """Return the hash of the text of everything in the closure of ``script``; it knows no absolute path."""
+    """Return the hash of the text of all files in the closure of ``script``; it does not depend on absolute paths."""
     digest = hashlib.sha256()
     for path in closure(script):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 
+def modules_hash(modules: Sequence[str]) -> str:
+    """Return the hash of modules that a script imports by name only when it runs, and of all that they import.
+
+    Of a module of another package, every file of its package counts.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(set(modules)):
+        top = name.split(".")[0]
+        for path in _module(name) if top == PACKAGE.name else _package_files(top):
+            known = closure(path) if path.suffix == ".py" and top == PACKAGE.name else (path,)
+            for one in known:
+                digest.update(one.name.encode() + b"\0" + one.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _package_files(name: str) -> tuple[Path, ...]:
+    """Return the files of another package, or the one file of a single module; none where it is not installed."""
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin is None:
+        return ()
+    if spec.submodule_search_locations is None:
+        return (Path(spec.origin),)
+    files = (path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*"))
+    return tuple(sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts))
+
+
 @functools.cache
-def _imports(path: Path) -> tuple[Path, ...]:
+def imports(path: Path) -> tuple[Path, ...]:
+    """Return the files of the package that the imports of ``path`` read, anywhere in it, sorted."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
         if isinstance(node, ast.Import):
@@ -47,7 +77,7 @@ def _imports(path: Path) -> tuple[Path, ...]:
 
 
 def _module(name: str) -> tuple[Path, ...]:
-    """Return the files that importing ``name`` reads inside the package: the module and its parents."""
+    """Return the files of the package that importing ``name`` reads: the module and its parent packages."""
     parts = name.split(".")
     if parts[0] != PACKAGE.name:
         return ()

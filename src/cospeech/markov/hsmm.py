@@ -1,12 +1,13 @@
-"""Hidden semi-Markov model: states that last, and emit one symbol a frame while they do (Özkul 2012, chapter 5).
+"""Hidden semi-Markov model: each state lasts for a while and emits one symbol per frame (Özkul 2012, chapter 5).
 
-The score of a path, a sequence of phrases (state j_l, duration k_l) that covers frames 0 ... T - 1, is
+A path is a sequence of segments (state j_l, duration k_l) that cover frames 0 ... T - 1. Its score is
 
     log pi(j_1) + sum_l log a(j_{l-1}, j_l) + sum_l log d_{j_l}(k_l) + w * sum_t log b_{j(t)}(xi_t)
 
-with w = 1 as in eq. 5.9. Another emission weight w is a stream exponent as in Sargin 2006, eq. 4.18: a prosody label
-holds for a whole intonation phrase, but is counted once a frame. ``censoring``: with ``none`` the last phrase ends
-with the record; with ``right`` the record cuts it off, and P(duration >= k) takes the place of d(k).
+with w = 1 in eq. 5.9. Any other emission weight w is a stream exponent as in Sargin 2006, eq. 4.18: it makes up for
+symbols that are correlated from frame to frame, which the model counts as independent. ``censoring`` says what
+happens at the end of the sequence: with ``none`` the last segment ends there; with ``right`` the end may cut it off,
+and P(duration >= k) takes the place of d(k).
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from cospeech.data import segments
 from cospeech.data.arrays import Floats, Integers
+from cospeech.data.segments import check
 from cospeech.errors import UserError
 from cospeech.markov import hsmm_kernels
 
@@ -32,59 +33,61 @@ TABLES = ("initial", "transitions", "emissions", "durations")
 
 
 @dataclass(frozen=True)
-class SemiMarkov:
-    """A model as its final probabilities.
+class _Parameters:
+    states: tuple[str, ...]
+    symbols: tuple[str, ...]
+    initial: Floats
+    transitions: Floats
+    emissions: Floats
+    durations: Floats
+
+
+@dataclass(frozen=True)
+class HSMM(_Parameters):
+    """The probabilities of a model.
 
     Attributes
     ----------
-    states : (S,) names of the states: gesture classes.
-    symbols : (K,) names of what they emit: prosody clusters.
+    states : (S,) names of the states.
+    symbols : (K,) names of the symbols that they emit.
     initial : (S,) pi, eq. 5.4.
     transitions : (S, S) a, eq. 5.1, from row to column; a state may follow itself.
     emissions : (S, K) b, eq. 5.2.
     durations : (S, D) d, eq. 5.3; column k - 1 is a duration of k frames.
     """
 
-    states: tuple[str, ...]
-    symbols: tuple[str, ...]
-    initial: Floats
-    transitions: Floats
-    emissions: Floats
-    durations: Floats
+
+SemiMarkov = HSMM
+
+
+@dataclass(frozen=True)
+class Counts(_Parameters):
+    """The counts of eq. 5.5-5.8, of one sequence or summed over several; shapes as in ``HSMM``."""
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(self.states, self.symbols, *(getattr(self, name) + getattr(other, name) for name in _ARRAYS))
+
+
+_ARRAYS = ("initial", "transitions", "emissions", "durations")
 
 
 class Path(NamedTuple):
-    """A sequence of phrases: first frames (L,), their states' names (L,), and the score of it all."""
+    """A path of L segments: first frames (L,), names of their states (L,), and the score of the path."""
 
     starts: Integers
     labels: npt.NDArray[np.object_]
     log_score: float
 
 
-@dataclass(frozen=True)
-class Counts:
-    """What eq. 5.5-5.8 count, of one record or of several added up; shapes as in ``SemiMarkov``."""
-
-    states: tuple[str, ...]
-    symbols: tuple[str, ...]
-    initial: Floats
-    transitions: Floats
-    emissions: Floats
-    durations: Floats
-
-    def __add__(self, other: Counts) -> Counts:
-        return Counts(self.states, self.symbols, *(getattr(self, name) + getattr(other, name) for name in TABLES))
-
-
 def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Integers:
-    """Return the place of each label in ``names``, shape (n,).
+    """Return the index of each label in ``names``, shape (n,).
 
     Raises
     ------
-    UserError : where a label is not among them.
+    UserError : if a label is not among the names; ``where`` says what the labels are.
     """
     given = np.asarray(labels, dtype=object)
-    heads = np.flatnonzero(np.append(True, given[1:] != given[:-1])[: len(given)])  # as labels last, one look a run
+    heads = np.flatnonzero(np.append(True, given[1:] != given[:-1])[: len(given)])  # labels come in runs
     place = {name: number for number, name in enumerate(names)}
     codes = np.array([place.get(given[head], -1) for head in heads], dtype=np.int64)
     if (codes < 0).any():
@@ -94,32 +97,36 @@ def encode(labels: npt.ArrayLike, names: tuple[str, ...], where: str) -> Integer
 
 
 def count(
-    phrases: pd.DataFrame,
+    segments: pd.DataFrame,
     observations: npt.ArrayLike,
     states: tuple[str, ...],
     symbols: tuple[str, ...],
     n_bins: int,
 ) -> Counts:
-    """Count one record (Özkul 2012, C, O and G of eq. 5.5-5.8).
+    """Count the segments and symbols of one sequence (Özkul 2012, C, O and G of eq. 5.5-5.8).
 
     Parameters
     ----------
-    phrases : segment table of the record on the frames of ``observations``.
+    segments : segment table (schema ``segments``) of the sequence, whose labels are states.
     observations : (T,) symbol of every frame.
     states, symbols : names that may occur.
-    n_bins : D; a longer phrase is counted in the last bin, the longest that a decoder can give.
+    n_bins : D; longer segments are counted in the last bin, which is the longest duration that can be decoded.
 
     Notes
     -----
-    Neighbours of one label are two phrases. The first and the last phrase, which the ends of the record may have
-    cut, are counted like the others, as in the thesis.
+    Neighbouring segments of the same state are two segments. The first and the last segment, which may be cut by the
+    ends of the sequence, are counted like all others, as in the thesis.
+
+    Raises
+    ------
+    UserError : if a label or symbol is unknown, or the segments and the observations differ in length.
     """
-    where = f"record {phrases['record'].iloc[0]}"
-    codes = encode(phrases["label"], states, where)
-    lengths = (phrases["end_frame"] - phrases["start_frame"]).to_numpy(dtype=np.int64)
+    where = f"record {segments['record'].iloc[0]}"
+    codes = encode(segments["label"], states, where)
+    lengths = (segments["end_frame"] - segments["start_frame"]).to_numpy(dtype=np.int64)
     emitted = encode(observations, symbols, where)
     if lengths.sum() != len(emitted):
-        raise UserError(f"{where}: its phrases cover {lengths.sum()} frames, its prosody {len(emitted)}")
+        raise UserError(f"{where}: its segments cover {lengths.sum()} frames, its observations {len(emitted)}")
     n_states = len(states)
     initial = np.zeros(n_states)
     initial[codes[0]] = 1.0
@@ -132,24 +139,25 @@ def count(
     return Counts(states, symbols, initial, transitions, emissions, durations)
 
 
-def estimate(counts: Counts, floor: float, smoothing: Smoothing = "none", amount: float = 1.0) -> SemiMarkov:
+def estimate(counts: Counts, floor: float, smoothing: Smoothing = "none", amount: float = 1.0) -> HSMM:
     """Return the relative frequencies of ``counts`` (Özkul 2012, eq. 5.5-5.8), floored.
 
     Parameters
     ----------
-    floor : every probability is raised to at least this, then its distribution is scaled to sum to 1; so no
-        decoding ends in minus infinity. With 0 nothing is floored.
-    smoothing : of the durations. ``none``: the raw histogram; ``additive``: ``amount`` is added to every bin's
-        count; ``kernel``: each phrase is spread over the bins by a Gaussian of standard deviation ``amount`` bins.
+    floor : every probability is raised to at least this value and its distribution is normalised again, so that no
+        path has a score of minus infinity. With 0 nothing is floored.
+    smoothing : how the duration histograms are smoothed. ``none``: not at all; ``additive``: ``amount`` is added to
+        the count of every bin; ``kernel``: each segment is spread over the bins by a Gaussian with a standard
+        deviation of ``amount`` bins.
 
     Notes
     -----
-    A state without a phrase is left out: nothing is known of it, and its flat emissions would win long stretches.
+    States without a segment are left out: their emissions would be uniform, and would win long stretches.
     """
     seen = np.flatnonzero(counts.durations.sum(axis=1) > 0)
     if len(seen) == 0:
-        raise ValueError("no phrase was counted")
-    counted = SemiMarkov(
+        raise ValueError("no segment was counted")
+    counted = HSMM(
         states=tuple(counts.states[i] for i in seen),
         symbols=counts.symbols,
         initial=counts.initial[seen],
@@ -160,13 +168,13 @@ def estimate(counts: Counts, floor: float, smoothing: Smoothing = "none", amount
     return floored(counted, floor)
 
 
-def floored(model: SemiMarkov, floor: float) -> SemiMarkov:
-    """Return ``model`` with each distribution normalised and no probability below ``floor``; see ``estimate``."""
-    return SemiMarkov(model.states, model.symbols, *(_floored(getattr(model, name), floor) for name in TABLES))
+def floored(model: HSMM, floor: float) -> HSMM:
+    """Return ``model`` with normalised distributions and no probability below ``floor``; see ``estimate``."""
+    return HSMM(model.states, model.symbols, *(_floored(getattr(model, name), floor) for name in _ARRAYS))
 
 
 def _floored(weights: Floats, floor: float) -> Floats:
-    """Normalise over the last axis (flat where all are 0), raise to the floor, normalise again."""
+    """Normalise over the last axis (to a uniform distribution if all are 0), raise to the floor, normalise again."""
     total = weights.sum(axis=-1, keepdims=True)
     share = np.where(total > 0, weights / np.where(total > 0, total, 1.0), 1.0 / weights.shape[-1])
     raised = np.maximum(share, floor)
@@ -180,12 +188,10 @@ def _smoothed(histograms: Floats, smoothing: Smoothing, amount: float) -> Floats
         return histograms + amount
     bins = np.arange(histograms.shape[1])
     kernel = np.exp(-0.5 * ((bins[:, None] - bins[None, :]) / amount) ** 2)
-    return histograms @ (
-        kernel / kernel.sum(axis=1, keepdims=True)
-    )  # each row sums to 1: no phrase is lost at an edge
+    return histograms @ (kernel / kernel.sum(axis=1, keepdims=True))  # rows sum to 1, so that edges lose no segment
 
 
-def to_tables(model: SemiMarkov, frame_s: float, floor: float | None = None) -> dict[str, pd.DataFrame]:
+def to_tables(model: HSMM, frame_s: float, floor: float | None = None) -> dict[str, pd.DataFrame]:
     """Return the model as tables of the schemas ``TABLES``; ``floor`` is the floor that was used."""
     states, symbols = (np.array(names, dtype=object) for names in (model.states, model.symbols))
     n_states, n_bins = model.durations.shape
@@ -203,7 +209,7 @@ def to_tables(model: SemiMarkov, frame_s: float, floor: float | None = None) -> 
     }
 
 
-def from_tables(tables: Mapping[str, pd.DataFrame]) -> SemiMarkov:
+def from_tables(tables: Mapping[str, pd.DataFrame]) -> HSMM:
     """Return the model that ``tables`` (of the schemas ``TABLES``) hold; states in the order of ``initial``.
 
     Raises
@@ -213,7 +219,7 @@ def from_tables(tables: Mapping[str, pd.DataFrame]) -> SemiMarkov:
     states = tuple(tables["initial"]["gesture"])
     symbols = tuple(dict.fromkeys(tables["emissions"]["prosody"]))
     bins = tuple(range(1, int(tables["durations"]["bin"].max()) + 1))
-    return SemiMarkov(
+    return HSMM(
         states=states,
         symbols=symbols,
         initial=tables["initial"]["probability"].to_numpy(dtype=float).copy(),
@@ -238,27 +244,29 @@ def _matrix(
     return matrix
 
 
-def decode(
-    model: SemiMarkov, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none"
-) -> Path:
-    """Return the best path (Özkul 2012, eq. 5.9 and Alg. 1, in which any t <= D may end the first phrase).
+def decode(model: HSMM, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none") -> Path:
+    """Return the best path (Özkul 2012, eq. 5.9 and Alg. 1; the first segment may end at any t <= D).
 
     Parameters
     ----------
     observations : (T,) symbol of every frame.
     weight : emission weight w.
-    censoring : whether the record's end may cut the last phrase.
+    censoring : whether the end of the sequence may cut the last segment.
+
+    Raises
+    ------
+    UserError : if there is no frame, or a symbol is unknown.
 
     Notes
     -----
-    Equal paths are told apart from the end: the last state that the model names first wins, then the shortest
-    last phrase, and so on towards the beginning.
+    Ties are broken from the end: the last state that comes first in ``model.states`` wins, then the shortest last
+    segment, and so on towards the beginning.
     """
     return decode_each(model, observations, [weight], censoring)[0]
 
 
 def decode_each(
-    model: SemiMarkov, observations: npt.ArrayLike, weights: Sequence[float], censoring: Censoring = "none"
+    model: HSMM, observations: npt.ArrayLike, weights: Sequence[float], censoring: Censoring = "none"
 ) -> list[Path]:
     """Return the best path under each emission weight; see ``decode``."""
     logs = _logs(model, observations, 0.0, censoring)
@@ -266,7 +274,7 @@ def decode_each(
     return [_best_path(model, logs._replace(emissions=_emissions(model, weight)), *risen) for weight in weights]
 
 
-def _best_path(model: SemiMarkov, logs: _Logs, risen: Integers, n_risen: Integers) -> Path:
+def _best_path(model: HSMM, logs: _Logs, risen: Integers, n_risen: Integers) -> Path:
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
     block = hsmm_kernels.BLOCK
@@ -288,14 +296,14 @@ def _best_path(model: SemiMarkov, logs: _Logs, risen: Integers, n_risen: Integer
         before,
     )
     starts, states = np.empty((2, n_frames), dtype=np.int64)
-    score, n_phrases = hsmm_kernels.trace_back(logs.durations, logs.last, offer, emitted, before, starts, states)
-    if n_phrases == 0:
+    score, n_segments = hsmm_kernels.trace_back(logs.durations, logs.last, offer, emitted, before, starts, states)
+    if n_segments == 0:
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
-    return _path(model, starts, states, n_phrases, score)
+    return _path(model, starts, states, n_segments, score)
 
 
 def _risen(durations: Floats) -> tuple[Integers, Integers]:
-    """Return the durations above the least of each state, and how many (see ``semi_kernels.best_scores``)."""
+    """Return the durations above the minimum of each state, and their number (``hsmm_kernels.best_scores``)."""
     above = durations > durations.min(axis=1, keepdims=True)
     number = above.sum(axis=1)
     n_bins = durations.shape[1]
@@ -307,17 +315,17 @@ def _risen(durations: Floats) -> tuple[Integers, Integers]:
 
 
 def sample(
-    model: SemiMarkov,
+    model: HSMM,
     observations: npt.ArrayLike,
     rng: np.random.Generator,
     weight: float = 1.0,
     censoring: Censoring = "none",
 ) -> Path:
-    """Return a path drawn with probability proportional to exp(score): forward filter, backward draw.
+    """Return a path drawn with probability proportional to exp(score), by forward filtering, backward sampling.
 
     Parameters
     ----------
-    rng : source of the draw; two numbers are taken for every frame and the end.
+    rng : random number generator; two numbers are drawn per frame, and two more.
     """
     logs = _logs(model, observations, weight, censoring)
     n_frames = len(logs.observations)
@@ -326,17 +334,17 @@ def sample(
         raise ValueError(f"the model has no path over {n_frames} frames; floor its probabilities")
     starts, states = np.empty((2, n_frames), dtype=np.int64)
     uniforms = rng.random((n_frames + 1, 2))
-    n_phrases = hsmm_kernels.draw_back(
+    n_segments = hsmm_kernels.draw_back(
         logs.transitions, logs.durations, logs.last, ending, offer, of_state, uniforms, starts, states
     )
-    score = _score(logs, starts[-n_phrases:], states[-n_phrases:])
-    return _path(model, starts, states, n_phrases, score)
+    score = _score(logs, starts[-n_segments:], states[-n_segments:])
+    return _path(model, starts, states, n_segments, score)
 
 
 def log_likelihood(
-    model: SemiMarkov, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none"
+    model: HSMM, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none"
 ) -> float:
-    """Return the log of the sum of exp(score) over all paths: the log-likelihood where ``weight`` is 1."""
+    """Return the log of the sum of exp(score) over all paths: the log-likelihood if ``weight`` is 1."""
     return _filter(_logs(model, observations, weight, censoring))[3]
 
 
@@ -349,7 +357,7 @@ def path_score(
 ) -> float:
     """Return the score of the path ``phrases`` (a segment table over ``observations``) by the tables alone."""
     model = from_tables(tables)
-    segments.check(phrases, "phrases")
+    check(phrases, "phrases")
     states = encode(phrases["label"], model.states, "phrases")
     return _score(_logs(model, observations, weight, censoring), phrases["start_frame"].to_numpy(), states)
 
@@ -365,10 +373,10 @@ class _Logs(NamedTuple):
     observations: Integers
 
 
-def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censoring: Censoring) -> _Logs:
-    codes = encode(observations, model.symbols, "prosody")
+def _logs(model: HSMM, observations: npt.ArrayLike, weight: float, censoring: Censoring) -> _Logs:
+    codes = encode(observations, model.symbols, "observations")
     if len(codes) == 0:
-        raise UserError("prosody: holds no frame; there is nothing to decode")
+        raise UserError("observations: there is no frame to decode")
     last = model.durations
     if censoring == "right":
         last = np.minimum(np.cumsum(last[:, ::-1], axis=1)[:, ::-1], 1.0)  # P(duration >= k)
@@ -383,7 +391,7 @@ def _logs(model: SemiMarkov, observations: npt.ArrayLike, weight: float, censori
         )
 
 
-def _emissions(model: SemiMarkov, weight: float) -> Floats:
+def _emissions(model: HSMM, weight: float) -> Floats:
     """Return the weighted logarithms of the emissions, (S, K)."""
     if weight == 0:
         return np.zeros_like(model.emissions)
@@ -406,7 +414,7 @@ def _score(logs: _Logs, starts: Integers, states: Integers) -> float:
 
 
 def _filter(logs: _Logs) -> tuple[Floats, Floats, Floats, float]:
-    """Return what ``draw_back`` asks for (ending, offer, of_state), and the log of the summed score of all paths."""
+    """Return ending, offer and of_state for ``draw_back``, and the log of the summed score of all paths."""
     n_states, n_bins = logs.durations.shape
     n_frames = len(logs.observations)
     ending, offer = np.full((2, n_states, n_frames), -np.inf)
@@ -426,7 +434,7 @@ def _filter(logs: _Logs) -> tuple[Floats, Floats, Floats, float]:
     return ending, offer, of_state, float(hsmm_kernels.closing_scores(logs.last, offer, emitted, of_state))
 
 
-def _path(model: SemiMarkov, starts: Integers, states: Integers, n_phrases: int, score: float) -> Path:
-    """Return the ``n_phrases`` that the kernels left at the ends of ``starts`` and ``states``."""
-    labels = np.array(model.states, dtype=object)[states[-n_phrases:]]
-    return Path(starts[-n_phrases:].copy(), labels, float(score))
+def _path(model: HSMM, starts: Integers, states: Integers, n_segments: int, score: float) -> Path:
+    """Return the path that a kernel wrote to the last ``n_segments`` places of ``starts`` and ``states``."""
+    labels = np.array(model.states, dtype=object)[states[-n_segments:]]
+    return Path(starts[-n_segments:].copy(), labels, float(score))

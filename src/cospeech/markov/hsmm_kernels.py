@@ -1,19 +1,20 @@
-"""Compiled recursions of the hidden semi-Markov model; ``semi`` is their face.
+"""Compiled recursions of the hidden semi-Markov model; ``hsmm`` is their interface.
 
-Conventions: S states, D duration bins (bin k - 1 is a phrase of k frames), T frames; everything is a logarithm,
-float64. With E the running sum of the weighted log emissions of a state, a phrase of state j over frames [s, t)
-is worth ``entry[j, s] - E[j, s] + log d_j(t - s) + E[j, t]``: its first two terms, the *offer* of a start frame s,
-do not know t, and its last does not know s. What is left to maximise over s (or to sum) is offer plus duration.
+Notation: S states, D duration bins (bin k - 1 is a segment of k frames), T frames; all values are logarithms in
+float64. Let E[j, t] be the sum of the weighted log emissions of state j over frames [0, t). A segment of state j over
+frames [s, t) scores ``entry[j, s] - E[j, s] + log d_j(t - s) + E[j, t]``. The first two terms, the *offer* of start
+frame s, do not depend on t, and the last does not depend on s: what remains to be maximised (or summed) over s is
+offer plus duration.
 
-The best end frames are found by pushing: as soon as an offer is known it is laid against all end frames that
-it can reach, which are neighbours in memory and so become lanes, whereas a maximum over durations for one end
-frame does not vectorise. Offers are pushed BLOCK at a time, so that an end frame is read and written once a block.
-Of all frames the offers are kept and the state before them, one number and one byte for each state; of the sums only
-a window.
+The maximum is found by pushing: as soon as an offer is known, it is compared with the best value so far of all end
+frames that it can reach. These are neighbours in memory and can be vectorised, whereas a maximum over the durations
+of one end frame cannot. Offers are pushed BLOCK at a time, so that an end frame is read and written once per block.
+The offer and the preceding state are kept for all frames, one number and one byte per state; the values of the end
+frames are kept in a sliding window only.
 
-Durations that were counted, and floored, are mostly one value, their least, but for a few bins that rise above it.
-Then what all bins are worth at the least is a maximum of offers alone, which blocks share, and only what rises is
-pushed.
+In counted and floored durations, most bins have the same value, the minimum, and only a few exceed it. The maximum
+over all bins at the minimum duration then depends on the offers alone and is shared by the blocks, and only the
+durations that exceed the minimum are pushed.
 """
 
 from __future__ import annotations
@@ -28,26 +29,30 @@ from cospeech.kernels.jit import njit
 BLOCK = 8
 
 SPAN = 1024
-"""Frames after which the window of the end frames moves on; a multiple of ``BLOCK``."""
+"""Number of frames by which the window of end frames advances; a multiple of ``BLOCK``."""
 
 SPARSE = 4
-"""Durations are sparse where less than one in so many rises above their least value."""
+"""Durations are sparse if fewer than one in this many exceed their minimum."""
 
 STRAY = 200.0
-"""How far an offer may lie from its state's reference before that moves; exp(200) is far from the largest number."""
+"""Maximum distance of an offer from the reference of its state before the reference moves; exp(200) is far from
+overflow."""
 
 SMALLEST, LARGEST = 1e-200, 1e200
-"""Range of a sum in which no part that matters can have been lost."""
+"""Range of a sum in which no term that matters can have been lost."""
 
 
 @njit
 def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
-    """Lay BLOCK offers against ``lanes`` end frames, the first of them right behind the block's last start.
+    """Update the best values of ``lanes`` end frames, from the one after the block on, with the block's offers.
 
-    best : (lanes,) best sum so far of each end frame, updated. offer : (BLOCK,).
+    Parameters
+    ----------
+    best : (lanes,) best value so far of each end frame, updated.
+    offer : (BLOCK,).
     durations : (>= lanes + BLOCK - 1,).
     """
-    # Written out: a loop over the block inside the loop over the lanes would keep the compiler from using lanes.
+    # Unrolled: a loop over the block inside the loop over the lanes would prevent vectorisation.
     o0, o1, o2, o3 = offer[0], offer[1], offer[2], offer[3]
     o4, o5, o6, o7 = offer[4], offer[5], offer[6], offer[7]
     d0 = durations[7 : 7 + lanes]
@@ -71,9 +76,14 @@ def _push(best: Any, offer: Any, durations: Any, lanes: int) -> None:
 
 @njit
 def _push_risen(window: Any, offer: Any, durations: Any, risen: Any, first: int) -> None:
-    """Lay BLOCK offers, the first from frame ``first`` of ``window``, against the ends of the ``risen`` durations.
+    """Update the best values in ``window`` with a block's offers, for the durations above the minimum only.
 
-    window : sums so far, updated. offer : (BLOCK,). durations : (>= D,). risen : in frames.
+    Parameters
+    ----------
+    window : best values so far, updated.
+    offer : (BLOCK,) offers of the frames from index ``first`` of the window on.
+    durations : (>= D,).
+    risen : the durations above the minimum, in frames.
     """
     for k in risen:
         lasting = durations[k - 1]
@@ -83,7 +93,7 @@ def _push_risen(window: Any, offer: Any, durations: Any, risen: Any, first: int)
 
 @njit
 def _push_one(window: Any, offer: float, durations: Any, risen: Any, start: int, reach: int) -> None:
-    """Lay one offer, from frame ``start`` of ``window``, against the ends of ``risen`` durations below ``reach``."""
+    """Do what ``_push_risen`` does for the offer of one frame and the durations below ``reach``."""
     for k in risen:
         if k >= reach:
             break
@@ -92,7 +102,7 @@ def _push_one(window: Any, offer: float, durations: Any, risen: Any, start: int,
 
 @njit
 def _push_greatest(greatest: Any, offer: Any) -> None:
-    """Lay the greatest of BLOCK offers against the blocks of end frames that all of them can reach."""
+    """Update ``greatest``, of the blocks of end frames that all offers of a block reach, with the largest offer."""
     best = offer[0]
     for value in offer:
         best = max(best, value)
@@ -104,10 +114,14 @@ def _push_greatest(greatest: Any, offer: Any) -> None:
 def _take_least(
     window: Any, offer: Any, greatest: float, n_whole: int, n_bins: int, least: float, first: int
 ) -> None:
-    """Lay what offers before the block are worth at the ``least`` duration against its end frames, (BLOCK,).
+    """Update the best values of a block of end frames with the earlier offers, at the ``least`` duration.
 
-    offer : (>= first,). greatest : the best of the ``n_whole`` blocks before, whose offers reach all these frames;
-        the others reach some.
+    Parameters
+    ----------
+    window : (BLOCK,) best values so far, updated.
+    offer : (>= first,) offers of all earlier frames.
+    greatest : the largest offer of the ``n_whole`` preceding blocks, whose offers reach all frames of this block;
+        offers before these reach some of them.
     """
     s = max(0, first - n_whole * BLOCK)
     for b in range(BLOCK - 1, -1, -1):
@@ -119,7 +133,7 @@ def _take_least(
 
 @njit
 def _slide(window: Floats) -> None:
-    """Move ``window`` SPAN frames on: what it held of later frames comes forward, behind it nothing is known."""
+    """Advance ``window`` by SPAN frames: shift its values to the front and fill the end with minus infinity."""
     kept = window.shape[1] - SPAN
     for j in range(len(window)):
         for c in range(kept):
@@ -144,18 +158,21 @@ def best_scores(
 
     Parameters
     ----------
-    initial : (S,). transitions : (S, S), from row to column. durations : (S, D + BLOCK), ending in -inf.
-    risen : (S, R) the durations, in frames, that are worth more than the least. n_risen : (S,) how many these are;
-        -1 where they are too many to be looked at one by one.
-    emissions : (S, K), weighted and finite. observations : (T,) in 0 ... K - 1.
-    offer : (S, T + BLOCK) of -inf; becomes the score of the best path with a phrase of j that starts at t, less the
-        emissions of j up to t.
-    emitted : (S,) of 0; becomes the emissions of j over the whole record.
-    before : (S, T) of integers; becomes the state before a phrase of j that starts at t.
+    initial : (S,).
+    transitions : (S, S), from row to column.
+    durations : (S, D + BLOCK), the last BLOCK of them -inf.
+    risen : (S, R) durations above the minimum, in frames.
+    n_risen : (S,) number of these; -1 if there are too many to push them one by one.
+    emissions : (S, K), weighted and finite.
+    observations : (T,) symbols in 0 ... K - 1.
+    offer : (S, T + BLOCK), all -inf; filled with the score of the best path up to the start at t of a segment of j,
+        minus the emissions of j over [0, t).
+    emitted : (S,), all 0; filled with the emissions of j over all frames.
+    before : (S, T) of integers; filled with the state before a segment of j that starts at t.
     """
     n_states, n_frames = before.shape
     n_bins = durations.shape[1] - BLOCK
-    # Best sums so far of the end frames from ``origin`` on: no other is asked for any more.
+    # Best values so far of the end frames from ``origin`` on; earlier ones are no longer needed.
     ending, origin = np.full((n_states, SPAN + n_bins + BLOCK), -np.inf), 0
     worth, least, within = np.empty(n_states), np.empty(n_states), np.empty(n_states)
     n_whole = max(0, n_bins - BLOCK + 1) // BLOCK
@@ -209,19 +226,20 @@ def trace_back(
     starts: Integers,
     states: Integers,
 ) -> tuple[float, int]:
-    """Write the phrases of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
+    """Write the segments of the best path to the ends of ``starts`` and ``states``, (T,); return score and number.
 
-    No durations are kept: the maximisation is repeated where a phrase of the best path ends, and nowhere else.
-    Among equals the first state wins, then the shortest duration.
+    The best durations are not stored: the maximisation is repeated where a segment of the best path ends. Ties go to
+    the first state, then to the shortest duration.
 
     Parameters
     ----------
-    durations, last : (S, D), of any phrase and of the last one. Others : see ``best_scores``.
+    durations, last : (S, D), of all segments but the last, and of the last one.
+    offer, emitted, before : see ``best_scores``.
     """
     n_states, n_bins = durations.shape
     n_frames = len(starts)
     score = -np.inf
-    state = length = n_phrases = 0
+    state = length = n_segments = 0
     for j in range(n_states):
         for k in range(1, min(n_bins, n_frames) + 1):
             x = offer[j, n_frames - k] + last[j, k - 1] + emitted[j]
@@ -230,9 +248,9 @@ def trace_back(
     start = n_frames
     while length > 0:
         start -= length
-        n_phrases += 1
-        starts[n_frames - n_phrases] = start
-        states[n_frames - n_phrases] = state
+        n_segments += 1
+        starts[n_frames - n_segments] = start
+        states[n_frames - n_segments] = state
         length = 0
         if start > 0:
             state = int(before[state, start])
@@ -241,12 +259,12 @@ def trace_back(
                 x = offer[state, start - k] + durations[state, k - 1]
                 if x > best:
                     best, length = x, k
-    return score, n_phrases
+    return score, n_segments
 
 
 @njit
 def _log_sum(terms: Any) -> float:
-    """Return log sum exp of ``terms``, minus infinity where all are."""
+    """Return the log of the sum of exp of ``terms``; minus infinity if all are."""
     largest = terms[0]
     for x in terms:
         largest = max(largest, x)
@@ -270,18 +288,20 @@ def summed_scores(
     emitted: Floats,
     sums: Floats,
 ) -> None:
-    """Fill in the summed scores of all paths over [0, t): as ``best_scores``, with log sum exp in place of max.
+    """Sum the scores of all paths over [0, t) for all t: ``best_scores`` with log-sum-exp in place of max.
 
     Parameters
     ----------
-    durations : (S, D). ending, offer : (S, T). Others : see ``best_scores``.
-    sums : (S, T + D) of 0, for the sum over starts of exp(offer + duration) of every end frame; overwritten.
+    durations : (S, D).
+    ending, offer : (S, T), all -inf; filled in.
+    sums : (S, T + D), all 0; work space for the sum over start frames of exp(offer + duration) of every end frame.
+    initial, transitions, emissions, observations, emitted : see ``best_scores``.
 
     Notes
     -----
-    An offer is pushed, to become lanes, in probabilities: exp(offer - reference) times those of the durations. The
-    reference of a state follows its offers, and what was summed is scaled along. An end frame whose sum left the
-    range in which nothing can have been lost is summed again in logarithms.
+    Offers are pushed as probabilities, exp(offer - reference) times those of the durations, so that the loop
+    vectorises. The reference of a state follows its offers, and the sums are rescaled with it. An end frame whose sum
+    left the safe range is summed again in logarithms.
     """
     n_states, n_frames = offer.shape
     n_bins = durations.shape[1]
@@ -320,11 +340,13 @@ def summed_scores(
 
 @njit
 def closing_scores(last: Floats, offer: Floats, emitted: Floats, of_state: Floats) -> float:
-    """Fill in, for each state, the log of the summed score of the paths that end in it; return that of all paths.
+    """Return the log of the summed score of all paths, and fill ``of_state`` with that of those ending in each state.
 
     Parameters
     ----------
-    last : (S, D). offer : (S, T). emitted : (S,). of_state : (S,), filled in.
+    last : (S, D).
+    offer : (S, T).
+    emitted, of_state : (S,).
     """
     n_states, n_frames = offer.shape
     longest = min(last.shape[1], n_frames)
@@ -338,7 +360,7 @@ def closing_scores(last: Floats, offer: Floats, emitted: Floats, of_state: Float
 
 @njit
 def _pick(terms: Any, uniform: float) -> int:
-    """Return the index that ``uniform`` in [0, 1) picks from probabilities proportional to exp(terms)."""
+    """Return the index drawn by ``uniform`` in [0, 1) with probabilities proportional to exp(terms)."""
     total = _log_sum(terms)
     reached = 0.0
     picked = 0
@@ -364,31 +386,33 @@ def draw_back(
     starts: Integers,
     states: Integers,
 ) -> int:
-    """Write the phrases of a path drawn from the posterior to the ends of ``starts`` and ``states``, (T,).
-
-    Returns the number of phrases.
+    """Write the segments of a path drawn from the posterior to the ends of ``starts`` and ``states``, (T,).
 
     Parameters
     ----------
-    of_state : (S,), what ``closing_scores`` filled in; overwritten.
-    uniforms : (T + 1, 2) in [0, 1), one pair for each frame that a phrase may end at: for its state and its length.
-    Others : see ``summed_scores`` and ``trace_back``.
+    of_state : (S,), as filled in by ``closing_scores``; overwritten.
+    uniforms : (T + 1, 2) in [0, 1), for the state and the duration of a segment that ends at each frame.
+    transitions, durations, last, ending, offer : see ``summed_scores`` and ``trace_back``.
+
+    Returns
+    -------
+    Number of segments.
     """
     n_states, n_bins = durations.shape
     n_frames = len(starts)
     of_length = np.empty(n_bins)
     start = n_frames
-    n_phrases = 0
+    n_segments = 0
     while start > 0:
-        lengths = durations if n_phrases > 0 else last
+        lengths = durations if n_segments > 0 else last
         state = _pick(of_state, uniforms[start, 0])
         longest = min(n_bins, start)
         for k in range(1, longest + 1):
             of_length[k - 1] = offer[state, start - k] + lengths[state, k - 1]
         start -= 1 + _pick(of_length[:longest], uniforms[start, 1])
-        n_phrases += 1
-        starts[n_frames - n_phrases] = start
-        states[n_frames - n_phrases] = state
+        n_segments += 1
+        starts[n_frames - n_segments] = start
+        states[n_frames - n_segments] = state
         for i in range(n_states):
             of_state[i] = ending[i, start] + transitions[i, state]
-    return n_phrases
+    return n_segments

@@ -1,6 +1,6 @@
-"""D: how far the boundaries of one sequence lie from those of another, and how many of them are found.
+"""Agreement of two sequences in the boundaries of their segments: distance (D), matches and F1.
 
-Boundaries are the start times of phrases in seconds, in rising order. What the phrases are called plays no part.
+Boundaries are the start times of segments in ascending order. The labels of the segments are not considered.
 """
 
 from __future__ import annotations
@@ -13,39 +13,42 @@ import numpy.typing as npt
 from cospeech.data.arrays import Floats
 
 SLACK_S = 1e-9
-"""Boundaries lie on a frame grid, so that a distance may equal the tolerance but for rounding."""
+"""Added to the tolerance: on a frame grid a distance may equal the tolerance except for rounding."""
 
 
-def nearest_distances_s(synthesised_s: npt.ArrayLike, actual_s: npt.ArrayLike) -> Floats:
-    """Return the distance of every synthesised boundary to the nearest actual one, shape (n_synthesised,).
+def nearest_distances(synthesised: npt.ArrayLike, actual: npt.ArrayLike) -> Floats:
+    """Return the distance of every synthesised boundary to the nearest actual one, (n_synthesised,).
 
     Parameters
     ----------
-    synthesised_s : (n_synthesised,) boundaries.
-    actual_s : (n_actual,) boundaries, at least one.
+    synthesised, actual : (n_synthesised,) and (n_actual,) boundaries in the same unit, which is that of the result.
+        There must be at least one actual boundary.
     """
-    found, true = np.asarray(synthesised_s, dtype=float), np.asarray(actual_s, dtype=float)
+    found, true = np.asarray(synthesised, dtype=float), np.asarray(actual, dtype=float)
     after = np.searchsorted(true, found)
     before = np.clip(after - 1, 0, len(true) - 1)
     after = np.clip(after, 0, len(true) - 1)
     return np.minimum(np.abs(found - true[before]), np.abs(found - true[after]))
 
 
-def distance_s(synthesised_s: npt.ArrayLike, actual_s: npt.ArrayLike) -> float:
+def distance(synthesised: npt.ArrayLike, actual: npt.ArrayLike) -> float:
     """Return D, the mean distance of the synthesised boundaries to the nearest actual one (Özkul 2012, eq. 7.2).
 
-    NaN where one of the sequences has no boundary.
+    The result is in the unit of the boundaries. It is NaN if one of the sequences has no boundary.
     """
-    if np.size(synthesised_s) == 0 or np.size(actual_s) == 0:
+    if np.size(synthesised) == 0 or np.size(actual) == 0:
         return math.nan
-    return float(nearest_distances_s(synthesised_s, actual_s).mean())
+    return float(nearest_distances(synthesised, actual).mean())
 
 
 def matches(synthesised_s: npt.ArrayLike, actual_s: npt.ArrayLike, tolerance_s: float) -> int:
-    """Return how many boundaries can be paired, each with one at most, no pair further apart than the tolerance.
+    """Return the size of the largest one-to-one matching of boundaries that are at most ``tolerance_s`` apart.
 
-    Walking both sequences in time and pairing the first two that can be paired is maximal: the boundary that is
-    passed over is too early for every later one.
+    A greedy pass in time order finds it: a boundary that is skipped is too early for all later ones.
+
+    Parameters
+    ----------
+    synthesised_s, actual_s : (n_synthesised,) and (n_actual,) boundaries in seconds.
     """
     found, true = np.asarray(synthesised_s, dtype=float), np.asarray(actual_s, dtype=float)
     i = j = pairs = 0
@@ -60,9 +63,9 @@ def matches(synthesised_s: npt.ArrayLike, actual_s: npt.ArrayLike, tolerance_s: 
 
 
 def boundary_f1(synthesised_s: npt.ArrayLike, actual_s: npt.ArrayLike, tolerance_s: float) -> float:
-    """Return the harmonic mean of the shares of synthesised and of actual boundaries that are paired.
+    """Return the harmonic mean of precision and recall of the boundaries matched within ``tolerance_s``.
 
-    NaN where neither sequence has a boundary.
+    It is NaN if neither sequence has a boundary. Parameters are those of ``matches``.
     """
     n_boundaries = np.size(synthesised_s) + np.size(actual_s)
     if n_boundaries == 0:

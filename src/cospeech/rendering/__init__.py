@@ -1,1 +1,1 @@
-"""Figures, pictures and videos of moving bodies."""
+"""Rendering: figures, still images and videos of moving bodies."""

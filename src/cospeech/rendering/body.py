@@ -1,7 +1,7 @@
-"""The drawn body: a surface around the skeleton, bound to its joints.
+"""Mesh of the drawn body: a surface around the skeleton, skinned to its joints.
 
-Each part is lofted through rings along one axis in the pose of zero angles (upright, hanging arms), so that its shape
-is a small table of measures in metres. Every vertex follows one joint, or a blend of two where a part spans them.
+Each part is lofted through rings along one axis in the rest pose (upright, hanging arms), so that a small table of
+dimensions in metres defines its shape. Each vertex follows one joint, or a blend of two near the bend between them.
 """
 
 from __future__ import annotations
@@ -15,44 +15,55 @@ from scipy.interpolate import PchipInterpolator
 
 from cospeech.motion import skeleton
 
-PAINTS = ("skin", "hair", "shirt", "trousers", "shoe", "left_arm", "right_arm")
-"""What the parts are painted with, by name; the numbers of ``Mesh.paint``."""
+MATERIALS = ("skin", "hair", "shirt", "trousers", "shoe", "left_arm", "right_arm")
+"""Names of the materials, in the order of the indices in ``Mesh.material``."""
 
 
 @dataclass(frozen=True)
 class Part:
     """One lofted part.
 
-    ``axis`` is the direction of the loft; ``rings`` has a row for each ring: place along the axis, half the width
-    and half the depth, and the middle in width and depth, in metres. Width is x; depth is z, or y where the axis is
-    z. ``joints`` are those that the part spans and ``bends`` the places along the axis where one hands over to the
-    next, over ``blend`` to either side. ``square`` is the exponent of the outline: 2 an ellipse, more a rounder box.
-    ``sides`` is the number of vertices around it in the coarsest surface.
+    Attributes
+    ----------
+    material : name of the material.
+    axis : direction of the loft, y or z. Width is along x; depth is along z, or along y if the axis is z.
+    rings : one row per ring: position along the axis, half width, half depth, centre in width, centre in depth, in m.
+    joints : the joints that the part spans.
+    bends : positions along the axis at which the skin passes from one joint to the next, in m.
+    blend : distance from a bend, to either side, over which the two joints are blended, in m.
+    exponent : exponent of the superelliptic outline: 2 gives an ellipse, larger values a rounded box.
+    sides : number of vertices around a ring in the coarsest mesh.
     """
 
-    paint: str
+    material: str
     axis: str
     rings: tuple[tuple[float, float, float, float, float], ...]
     joints: tuple[str, ...]
     bends: tuple[float, ...] = ()
     blend: float = 0.05
-    square: float = 2.0
+    exponent: float = 2.0
     sides: int = 9
 
 
 class Mesh(NamedTuple):
-    """A surface of V vertices and F four-sided faces in the pose of zero angles.
+    """A mesh of V vertices and F quadrilateral faces in the rest pose.
 
-    place (V, 3) in metres and normal (V, 3); joint (V, 2) with share (V,) of the first of the two; face (F, 4),
-    counter-clockwise seen from outside; paint (F,), the number of its entry in ``PAINTS``.
+    Attributes
+    ----------
+    position : (V, 3) vertex positions in metres.
+    normal : (V, 3) unit normals.
+    joint : (V, 2) indices of the two joints that a vertex follows.
+    weight : (V,) skinning weight of the first joint; the second has 1 - weight.
+    face : (F, 4) vertex indices, counter-clockwise seen from outside.
+    material : (F,) index into ``MATERIALS``.
     """
 
-    place: npt.NDArray[np.float32]
+    position: npt.NDArray[np.float32]
     normal: npt.NDArray[np.float32]
     joint: npt.NDArray[np.int32]
-    share: npt.NDArray[np.float32]
+    weight: npt.NDArray[np.float32]
     face: npt.NDArray[np.int32]
-    paint: npt.NDArray[np.uint8]
+    material: npt.NDArray[np.uint8]
 
 
 MIDDLE = (
@@ -74,7 +85,7 @@ MIDDLE = (
             (0.880, 0.156, 0.107, 0, -0.008), (0.930, 0.157, 0.107, 0, -0.007), (0.970, 0.150, 0.100, 0, -0.005),
             (0.980, 0.010, 0.010, 0, -0.005),
         ),
-        ("hips",), square=2.4, sides=12,
+        ("hips",), exponent=2.4, sides=12,
     ),
     Part(
         "skin", "y",
@@ -92,7 +103,7 @@ MIDDLE = (
             (1.700, 0.071, 0.091, 0, 0.002), (1.730, 0.058, 0.073, 0, -0.001), (1.750, 0.037, 0.046, 0, -0.003),
             (1.757, 0.008, 0.010, 0, -0.003),
         ),
-        ("head",), square=2.2, sides=11,
+        ("head",), exponent=2.2, sides=11,
     ),
     Part(
         "skin", "y",
@@ -109,7 +120,7 @@ MIDDLE = (
             (1.655, 0.080, 0.072, 0, -0.030), (1.700, 0.079, 0.091, 0, -0.009), (1.735, 0.067, 0.085, 0, -0.004),
             (1.760, 0.045, 0.058, 0, -0.006), (1.772, 0.020, 0.026, 0, -0.008), (1.774, 0.004, 0.006, 0, -0.008),
         ),
-        ("head",), square=2.2, sides=11,
+        ("head",), exponent=2.2, sides=11,
     ),
 )  # fmt: skip
 
@@ -171,39 +182,39 @@ LEFT = (
             (0.165, 0.043, 0.023, 0.093, 0.024), (0.200, 0.030, 0.018, 0.091, 0.020),
             (0.212, 0.015, 0.010, 0.090, 0.018), (0.215, 0.003, 0.003, 0.090, 0.018),
         ),
-        ("left_foot",), square=2.5,
+        ("left_foot",), exponent=2.5,
     ),
 )  # fmt: skip
 
 
 def mesh(detail: int) -> Mesh:
-    """Return the body's surface; ``detail`` is the number of rings between two of the tables."""
+    """Return the mesh of the body; ``detail`` is the number of subdivisions between two rings of the table."""
     parts = [_loft(part, detail, mirrored=False) for part in (*MIDDLE, *LEFT)]
     parts += [_loft(part, detail, mirrored=True) for part in LEFT]
-    offsets = np.cumsum([0, *(len(part.place) for part in parts[:-1])])
+    offsets = np.cumsum([0, *(len(part.position) for part in parts[:-1])])
     return Mesh(
-        place=np.concatenate([part.place for part in parts]),
+        position=np.concatenate([part.position for part in parts]),
         normal=np.concatenate([part.normal for part in parts]),
         joint=np.concatenate([part.joint for part in parts]),
-        share=np.concatenate([part.share for part in parts]),
+        weight=np.concatenate([part.weight for part in parts]),
         face=np.concatenate([part.face + np.int32(offset) for part, offset in zip(parts, offsets, strict=True)]),
-        paint=np.concatenate([part.paint for part in parts]),
+        material=np.concatenate([part.material for part in parts]),
     )
 
 
 def hull(surface: Mesh) -> npt.NDArray[np.float64]:
-    """Return a box around what follows each joint, as 8 corners (J, 8, 3) in the joint's own frame, metres.
+    """Return the corners (J, 8, 3) of the bounding box of each joint's vertices, in the joint's frame, in metres.
 
-    A vertex that two joints share is in the boxes of both, so that however the joints turn, the whole surface stays
-    within the convex hull of all the corners.
+    A vertex that follows two joints is in the boxes of both. Whatever the pose, the whole surface therefore lies
+    within the convex hull of all corners.
     """
     rest = skeleton.chain(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))[1][0]
     corners = np.zeros((len(skeleton.JOINTS), 8, 3))
     for number, origin in enumerate(rest):
-        follows = (surface.joint[:, 0] == number) & (surface.share > 0)
-        follows |= (surface.joint[:, 1] == number) & (surface.share < 1)
+        follows = (surface.joint[:, 0] == number) & (surface.weight > 0)
+        follows |= (surface.joint[:, 1] == number) & (surface.weight < 1)
         if follows.any():
-            ends = surface.place[follows].min(axis=0) - origin, surface.place[follows].max(axis=0) - origin
+            ends = surface.position[follows].min(axis=0) - origin, surface.position[follows].max(axis=0) - origin
             corners[number] = [[ends[i][0], ends[j][1], ends[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
     return corners
 
@@ -211,66 +222,66 @@ def hull(surface: Mesh) -> npt.NDArray[np.float64]:
 def _loft(part: Part, detail: int, mirrored: bool) -> Mesh:
     if mirrored:
         joints = tuple(joint.replace("left_", "right_") for joint in part.joints)
-        part = replace(part, joints=joints, paint=part.paint.replace("left_", "right_"))
+        part = replace(part, joints=joints, material=part.material.replace("left_", "right_"))
     table = np.array(part.rings)
     steps = np.linspace(0, len(table) - 1, (len(table) - 1) * detail + 1)
     along, width, depth, middle_width, middle_depth = PchipInterpolator(np.arange(len(table)), table)(steps).T
     around = part.sides * (1 + detail) // 2
-    turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
-    outline_width = np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / part.square)
-    outline_depth = np.sign(np.sin(turn)) * np.abs(np.sin(turn)) ** (2 / part.square)
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    outline_width = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** (2 / part.exponent)
+    outline_depth = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** (2 / part.exponent)
     across = middle_width[:, None] + width[:, None] * outline_width
     deep = middle_depth[:, None] + depth[:, None] * outline_depth
     level = np.broadcast_to(along[:, None], across.shape)
-    place = np.stack([across, level, deep] if part.axis == "y" else [across, deep, level], axis=-1)
+    position = np.stack([across, level, deep] if part.axis == "y" else [across, deep, level], axis=-1)
     if mirrored:
-        place = place * [-1, 1, 1]
-    joint, share = _binding(part, level.ravel())
-    face = _outward(_strips(len(along), around), place.reshape(-1, 3))
+        position = position * [-1, 1, 1]
+    joint, weight = _skinning(part, level.ravel())
+    face = _outward(_strips(len(along), around), position.reshape(-1, 3))
     return Mesh(
-        place.reshape(-1, 3).astype(np.float32),
-        _normals(place.reshape(-1, 3), face).astype(np.float32),
+        position.reshape(-1, 3).astype(np.float32),
+        _normals(position.reshape(-1, 3), face).astype(np.float32),
         joint,
-        share,
+        weight,
         face,
-        np.full(len(face), PAINTS.index(part.paint), dtype=np.uint8),
+        np.full(len(face), MATERIALS.index(part.material), dtype=np.uint8),
     )
 
 
 def _strips(n_rings: int, around: int) -> npt.NDArray[np.int32]:
-    """Return the faces (F, 4) between neighbouring rings of vertices numbered ring by ring."""
+    """Return the faces (F, 4) between adjacent rings of vertices that are numbered ring by ring."""
     ring, side = np.divmod(np.arange((n_rings - 1) * around), around)
-    corner, beside = ring * around + side, ring * around + (side + 1) % around
-    return np.stack([corner, beside, beside + around, corner + around], axis=-1).astype(np.int32)
+    corner, adjacent = ring * around + side, ring * around + (side + 1) % around
+    return np.stack([corner, adjacent, adjacent + around, corner + around], axis=-1).astype(np.int32)
 
 
-def _outward(face: npt.NDArray[np.int32], place: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
-    """Return the faces of a closed surface turned so that they are counter-clockwise seen from outside."""
-    a, b, c, d = (place[face[:, k]] for k in range(4))
+def _outward(face: npt.NDArray[np.int32], position: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+    """Return the faces of a closed surface, oriented so that they are counter-clockwise seen from outside."""
+    a, b, c, d = (position[face[:, k]] for k in range(4))
     volume = np.einsum("fi,fi->", a + b + c + d, np.cross(c - a, d - b))
     return face if volume > 0 else np.ascontiguousarray(face[:, ::-1])
 
 
-def _normals(place: npt.NDArray[np.float64], face: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
-    """Return the unit normals of the vertices, the mean of their faces' weighed by area."""
-    a, b, c, d = (place[face[:, k]] for k in range(4))
+def _normals(position: npt.NDArray[np.float64], face: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+    """Return the unit normals of the vertices: the area-weighted means of the normals of their faces."""
+    a, b, c, d = (position[face[:, k]] for k in range(4))
     across = np.cross(c - a, d - b)
-    normal = np.zeros_like(place)
+    normal = np.zeros_like(position)
     for k in range(4):
         np.add.at(normal, face[:, k], across)
     return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
 
 
-def _binding(part: Part, level: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32]]:
-    """Return the two joints (V, 2) that vertices at ``level`` along a part follow, and the share of the first."""
+def _skinning(part: Part, level: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32]]:
+    """Return the two joints (V, 2) that vertices at ``level`` along a part follow, and the weight of the first."""
     numbers = [skeleton.JOINTS.index(joint) for joint in part.joints]
     joint = np.full((len(level), 2), numbers[0])
-    share = np.ones(len(level))
+    weight = np.ones(len(level))
     ascending = part.rings[0][0] < part.rings[-1][0]
     for number, before, bend in zip(numbers[1:], numbers, part.bends, strict=False):
         beyond = (level - bend) if ascending else (bend - level)
         step = np.clip(0.5 + beyond / (2 * part.blend), 0, 1)
         reached = step > 0
         joint[reached] = (before, number)
-        share[reached] = (1 - step * step * (3 - 2 * step))[reached]
-    return joint.astype(np.int32), share.astype(np.float32)
+        weight[reached] = (1 - step * step * (3 - 2 * step))[reached]
+    return joint.astype(np.int32), weight.astype(np.float32)

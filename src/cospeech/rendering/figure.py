@@ -1,7 +1,7 @@
-"""Drawing a body: a camera that sees all of a record, the body's colours, one figure after another.
+"""Drawing of moving bodies: cameras that keep the whole record in view, materials, and the figure of each frame.
 
-The camera stands still. It is placed so far away that whatever the body does in any frame, turning and walking
-included, stays inside its part of the picture.
+The cameras do not move. They are far enough away that the body stays inside its part of the image in all frames, even
+if it turns and walks.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from cospeech.data.arrays import Floats, Image
 from cospeech.motion import skeleton
 from cospeech.rendering import body, picture, raster
 
-LENS = 3.4
-"""Focal length in heights of the picture: a long lens, as for portraits."""
+FOCAL_LENGTH = 3.4
+"""Focal length in image heights: a long lens, as used for portraits."""
 
 ELEVATION_DEG = 9.0
 MARGIN = 0.015
-"""What stays free at each edge, in heights of the picture."""
+"""Empty margin at each edge, in image heights."""
 
 VIEWS_DEG = (0.0, 62.0)
-"""The two sides that a figure is seen from: turned from the front toward the body's left."""
+"""Directions from which a figure is viewed: angles from the front toward the left of the body."""
 
 COLOURS = {
     "skin": (226, 190, 164),
@@ -36,26 +36,32 @@ COLOURS = {
     "left_arm": picture.gesture_colour("left"),
     "right_arm": picture.gesture_colour("right"),
 }
-"""The paints in full light; the arms stand out, in the colours of left and right gestures."""
+"""Colours of the materials in full light; the arms have the colours of the gesture classes left and right."""
 
 
 @dataclass(frozen=True)
 class Pose:
-    """A moving body: orientation (T, J, 3, 3) and place (T, J, 3) of its joints' frames, metres."""
+    """A moving body: orientations (T, J, 3, 3) and positions (T, J, 3) of its joints' frames, in metres."""
 
-    turned: Floats
-    placed: Floats
+    orientation: Floats
+    position: Floats
 
     def __len__(self) -> int:
-        return len(self.placed)
+        return len(self.position)
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A still camera.
+    """A fixed camera.
 
-    ``axes`` (3, 3) has the rows right, up and toward the camera; ``target`` (3,) is what it looks at, ``distance``
-    metres away; ``focal`` and ``centre`` are in pixels of the picture, ``box`` is left, top, right, bottom.
+    Attributes
+    ----------
+    axes : (3, 3) with the rows right, up and toward the camera.
+    target : (3,) the point that the camera looks at, in metres.
+    distance : distance of the camera from its target in metres.
+    focal : focal length in pixels.
+    centre : image of the target, in pixels.
+    box : left, top, right and bottom of the camera's part of the image, in pixels.
     """
 
     axes: Floats
@@ -65,50 +71,47 @@ class Camera:
     centre: tuple[float, float]
     box: tuple[int, int, int, int]
 
-    def moved(self, right: int, down: int = 0) -> Camera:
-        """Return this camera with its part of the picture moved by whole pixels."""
+    def shifted(self, right: int, down: int = 0) -> Camera:
+        """Return this camera with its part of the image shifted by whole pixels."""
         left, top, end, bottom = self.box
         box = (left + right, top + down, end + right, bottom + down)
         return replace(self, centre=(self.centre[0] + right, self.centre[1] + down), box=box)
 
     def project(self, points_m: Floats) -> Floats:
-        """Return the pixels (..., 2) of points (..., 3)."""
-        seen = (points_m - self.target) @ self.axes.T
-        scale = self.focal / (self.distance - seen[..., 2])
-        return np.stack([self.centre[0] + scale * seen[..., 0], self.centre[1] - scale * seen[..., 1]], axis=-1)
+        """Return the pixel coordinates (..., 2) of points (..., 3)."""
+        local = (points_m - self.target) @ self.axes.T
+        scale = self.focal / (self.distance - local[..., 2])
+        return np.stack([self.centre[0] + scale * local[..., 0], self.centre[1] - scale * local[..., 1]], axis=-1)
 
 
 def pose(motion: pd.DataFrame) -> Pose:
-    """Return the moving body of a motion table."""
-    turned, placed = skeleton.chain(
-        motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float), skeleton.angles(motion)
-    )
-    return Pose(turned, placed)
+    """Return the orientations and positions of all joints in a motion table."""
+    return Pose(*skeleton.chain(motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float), skeleton.angles(motion)))
 
 
 def cameras(points_m: Floats, box: tuple[int, int, int, int], views_deg: Sequence[float] = VIEWS_DEG) -> list[Camera]:
-    """Return one camera a view, side by side in ``box`` and all at one distance, that have all points in view.
+    """Return one camera per view, side by side in ``box`` and at the same distance, each with all points in view.
 
     Parameters
     ----------
-    points_m : (n, 3) everything that is to be seen, by all cameras alike.
-    box : left, top, right, bottom in the picture, pixels; each view gets the share that its width needs.
-    views_deg : direction of each camera, turned from the front toward the body's left.
+    points_m : (n, 3) points that every camera must see.
+    box : left, top, right and bottom in pixels; it is divided in proportion to the widths of the views.
+    views_deg : directions of the cameras: angles from the front toward the left of the body.
     """
     tilt = np.radians(ELEVATION_DEG)
     left, top, right, bottom = box
-    focal = LENS * (bottom - top)
-    axes, seen = [], []
+    focal = FOCAL_LENGTH * (bottom - top)
+    axes, projected = [], []
     for angle in np.radians(np.asarray(views_deg)):
         toward = np.array([np.sin(angle) * np.cos(tilt), np.sin(tilt), np.cos(angle) * np.cos(tilt)])
         across = np.array([np.cos(angle), 0.0, -np.sin(angle)])
         axes.append(np.stack([across, np.cross(toward, across), toward]))
-        seen.append(points_m @ axes[-1].T)
-    middle = [(points.min(axis=0) + points.max(axis=0)) / 2 for points in seen]
-    widths = np.array([np.ptp(points[:, 0]) for points in seen])
+        projected.append(points_m @ axes[-1].T)
+    middle = [(points.min(axis=0) + points.max(axis=0)) / 2 for points in projected]
+    widths = np.array([np.ptp(points[:, 0]) for points in projected])
     ends = np.round(left + (right - left) * np.append(0, np.cumsum(widths / widths.sum()))).astype(int)
     distance = 0.0
-    for points, centre, start, end in zip(seen, middle, ends, ends[1:], strict=False):
+    for points, centre, start, end in zip(projected, middle, ends, ends[1:], strict=False):
         room = np.array([end - start, bottom - top]) / 2 - MARGIN * (bottom - top)
         off = np.abs(points - centre)[:, :2]
         distance = max(distance, float((points[:, 2] - centre[2] + (focal * off / room).max(axis=1)).max()))
@@ -126,72 +129,75 @@ def cameras(points_m: Floats, box: tuple[int, int, int, int], views_deg: Sequenc
 
 
 def floor_height(bodies: Sequence[Pose]) -> float:
-    """Return the height of the floor: the lowest that a sole comes to."""
+    """Return the height of the floor in metres: the lowest position of a sole in any frame."""
     soles = []
     for moving in bodies:
         for name in ("left_foot", "right_foot"):
             index = skeleton.JOINTS.index(name)
             for corner in ((0.0, -0.07, -0.04), (0.0, -0.07, 0.18)):
-                soles.append((moving.placed[:, index] + moving.turned[:, index] @ np.array(corner))[:, 1].min())
+                soles.append(
+                    (moving.position[:, index] + moving.orientation[:, index] @ np.array(corner))[:, 1].min()
+                )
     return float(min(soles))
 
 
-def tones() -> npt.NDArray[np.float32]:
-    """Return 256 colours of every paint (256 * paints, 3), from deep bluish shade over full light to a highlight."""
+def colour_ramps() -> npt.NDArray[np.float32]:
+    """Return 256 colours per material (256 * materials, 3), from bluish shade through full light to a highlight."""
     level = np.linspace(0, 1, 256)[:, None]
-    made = []
-    for paint in body.PAINTS:
-        full = (np.array(COLOURS[paint]) / 255) ** 2.2
+    ramps = []
+    for material in body.MATERIALS:
+        full = (np.array(COLOURS[material]) / 255) ** 2.2
         shade = full * np.array([0.16, 0.17, 0.24]) + 0.004
         bright = full + (1 - full) * 0.30
         lower = shade + (full - shade) * np.clip(level / 0.78, 0, 1)
         colour = lower + (bright - full) * np.clip((level - 0.78) / 0.22, 0, 1)
-        made.append(np.round(255 * colour ** (1 / 2.2)))
-    return np.concatenate(made).astype(np.float32)
+        ramps.append(np.round(255 * colour ** (1 / 2.2)))
+    return np.concatenate(ramps).astype(np.float32)
 
 
 class Painter:
-    """The body's surface and colours. ``detail`` is the fineness of the surface: 1 for video, 3 for stills."""
+    """The mesh and colours of the body. ``detail`` sets the resolution of the mesh: 1 for videos, 3 for stills."""
 
     def __init__(self, detail: int = 1) -> None:
         self.mesh = body.mesh(detail)
         self.hull = body.hull(self.mesh)
-        self.tones = tones()
+        self.colours = colour_ramps()
         self.rest = skeleton.chain(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))[1][0]
 
     def extent(self, bodies: Sequence[Pose]) -> Floats:
-        """Return points (n, 3) whose convex hull holds the bodies in all their frames."""
+        """Return points (n, 3) whose convex hull contains the bodies in all frames."""
         corners = [
-            moving.placed[:, :, None] + np.einsum("tjab,jcb->tjca", moving.turned, self.hull) for moving in bodies
+            moving.position[:, :, None] + np.einsum("tjab,jcb->tjca", moving.orientation, self.hull)
+            for moving in bodies
         ]
-        return np.concatenate([found.reshape(-1, 3) for found in corners])
+        return np.concatenate([points.reshape(-1, 3) for points in corners])
 
     def figure(self, moving: Pose, camera: Camera, floor_m: float) -> Figure:
-        """Return a moving body as one camera sees it, standing on a floor at height ``floor_m``."""
-        turn = camera.axes @ moving.turned
-        shift = (moving.placed - camera.target) @ camera.axes.T - np.einsum("tjab,jb->tja", turn, self.rest)
+        """Return the view of a moving body by one camera, with the floor at height ``floor_m`` in metres."""
+        rotation = camera.axes @ moving.orientation
+        shift = (moving.position - camera.target) @ camera.axes.T - np.einsum("tjab,jb->tja", rotation, self.rest)
         return Figure(
-            self, camera, turn.astype(np.float32), shift.astype(np.float32), shadows(moving, camera, floor_m)
+            self, camera, rotation.astype(np.float32), shift.astype(np.float32), shadows(moving, camera, floor_m)
         )
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A moving body seen by one camera: each joint's turn (T, J, 3, 3) and shift (T, J, 3), and the shadows."""
+    """A moving body seen by one camera: rotations (T, J, 3, 3) and shifts (T, J, 3) of the joints, and shadows."""
 
     painter: Painter
     camera: Camera
-    turn: npt.NDArray[np.float32]
+    rotation: npt.NDArray[np.float32]
     shift: npt.NDArray[np.float32]
-    spots: npt.NDArray[np.float32]
+    shadows: npt.NDArray[np.float32]
 
     def draw(self, image: Image, frame: int) -> None:
-        """Draw the body of one frame, with its shadow on the floor, into ``image`` (H, W, 3), in place."""
+        """Draw the body of one frame and its shadow on the floor into ``image`` (H, W, 3), in place."""
         camera, painter = self.camera, self.painter
         box = np.array(camera.box, dtype=np.int64)
         lens = np.array([camera.distance, camera.focal, *camera.centre], dtype=np.float32)
-        raster.shade_floor(image, box, self.spots[frame])
-        raster.draw_body(image, box, *painter.mesh, self.turn[frame], self.shift[frame], lens, painter.tones)
+        raster.shade_floor(image, box, self.shadows[frame])
+        raster.draw_body(image, box, *painter.mesh, self.rotation[frame], self.shift[frame], lens, painter.colours)
 
 
 SHADOWS = (
@@ -200,17 +206,17 @@ SHADOWS = (
     ("left_foot", 0.17, 0.52),
     ("right_foot", 0.17, 0.52),
 )
-"""What throws a shadow: joint, size in metres, strength."""
+"""Joints that cast a shadow, with its size in metres and its strength."""
 
 
 def shadows(moving: Pose, camera: Camera, floor_m: float) -> npt.NDArray[np.float32]:
-    """Return the soft shadows straight below the body (T, n, 5), each as ``raster.shade_floor`` takes it."""
+    """Return the soft shadows vertically below the body (T, n, 5), in the format of ``raster.shade_floor``."""
     spots = []
     for name, size_m, strength in SHADOWS:
         index = skeleton.JOINTS.index(name)
-        point = moving.placed[:, index]
+        point = moving.position[:, index]
         if name.endswith("foot"):
-            point = point + 0.4 * moving.turned[:, index] @ np.array(skeleton.TIPS_M[name])
+            point = point + 0.4 * moving.orientation[:, index] @ np.array(skeleton.TIPS_M[name])
         height = np.maximum(point[:, 1] - floor_m, 0.0)
         on_floor = np.column_stack([point[:, 0], np.full(len(point), floor_m), point[:, 2]])
         width = (size_m + 0.1 * height) * camera.focal / camera.distance

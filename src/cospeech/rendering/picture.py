@@ -1,4 +1,4 @@
-"""What stands around a figure: background, the coloured tag of the gesture, the strip of phrases."""
+"""Elements around a figure: background, coloured gesture label, and timeline of the phrases."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import pandas as pd
 from PIL import Image as Pillow
 from PIL import ImageDraw
 
-from cospeech.data import palette, segments
+from cospeech.data import segments, vocabulary
 from cospeech.formats import canvas
 from cospeech.formats.canvas import Colour, Image
 
 
 def gesture_colour(label: str) -> Colour:
-    """Return the colour of a gesture class as red, green and blue."""
-    red, green, blue = bytes.fromhex(palette.gesture_colour(label).removeprefix("#"))
+    """Return the colour of a gesture class as red, green and blue, 0 to 255."""
+    red, green, blue = bytes.fromhex(vocabulary.gesture_colour(label).removeprefix("#"))
     return red, green, blue
 
 
 def background(height: int, width: int) -> Image:
-    """Return an empty light picture (height, width, 3), a little darker toward the floor."""
+    """Return an empty light image (height, width, 3), slightly darker toward the bottom."""
     down = np.linspace(0, 1, height)[:, None, None] ** 2
     shade = (1 - down) * np.array([248.0, 247.0, 245.0]) + down * np.array([233.0, 232.0, 229.0])
     return np.broadcast_to(np.round(shade), (height, width, 3)).astype(np.uint8, order="C")
@@ -31,7 +31,7 @@ def background(height: int, width: int) -> Image:
 
 @functools.cache
 def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
-    """Return the pill that names a gesture: colours (h, w, 3) and opacity (h, w)."""
+    """Return a rounded box with the name of a gesture: colours (h, w, 3) and opacity (h, w)."""
     ink = canvas.lettering(label.replace("_", " "), size, True)
     across, up = round(0.75 * size), round(0.12 * size)
     height, width = ink.shape[0] + 2 * up, ink.shape[1] + 2 * across
@@ -45,8 +45,8 @@ def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
     return colours, shape
 
 
-class Strip:
-    """The phrases of a record as a coloured band, with a mark that moves along with the time."""
+class Timeline:
+    """The phrases of a record as a coloured band, with a cursor at the current time."""
 
     def __init__(self, phrases: pd.DataFrame, duration_s: float, box: tuple[int, int, int, int]) -> None:
         self.left, self.top, self.right, self.bottom = box
@@ -54,15 +54,15 @@ class Strip:
         self.phrases = phrases
 
     def draw(self, image: Image) -> None:
-        """Draw the band."""
+        """Draw the band into ``image``."""
         for label, start, end in zip(
             self.phrases["label"], self.phrases["start_s"], self.phrases["end_s"], strict=True
         ):
             first, last = self._column(start), self._column(end)
             image[self.top : self.bottom, first : max(last - 1, first + 1)] = gesture_colour(label)
 
-    def mark(self, image: Image, time_s: float) -> None:
-        """Draw the mark at ``time_s``."""
+    def draw_cursor(self, image: Image, time_s: float) -> None:
+        """Draw the cursor at ``time_s`` into ``image``."""
         column = self._column(time_s)
         image[self.top - 3 : self.bottom + 3, column - 1 : column + 1] = canvas.INK
 
@@ -72,5 +72,5 @@ class Strip:
 
 
 def labels_at(phrases: pd.DataFrame, times_s: Sequence[float] | npt.NDArray[np.float64]) -> list[str]:
-    """Return the gesture that is shown at each time."""
+    """Return the gesture class at each time."""
     return list(phrases["label"].to_numpy(dtype=object)[segments.at_times(phrases, times_s)])

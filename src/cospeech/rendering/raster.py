@@ -1,7 +1,7 @@
-"""The compiled part of drawing: turn a body's surface to a camera, fill its faces, lay them on the picture.
+"""Compiled rasteriser: skin and project the mesh, fill its faces and composite them onto the image.
 
-Four samples a pixel give smooth outlines, a depth for each sample settles what hides what, and near edges darken
-what lies behind them. One thread and plain arithmetic in float32: the same picture on every run.
+Four samples per pixel give smooth outlines, a depth buffer per sample resolves occlusion, and ambient occlusion
+darkens surfaces just behind an edge. A single thread and float32 arithmetic give the same image in every run.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from cospeech.kernels.jit import njit
 
 
 @njit
-def shade_floor(image: Image, box: npt.NDArray[np.int64], spots: Singles) -> None:
+def shade_floor(image: Image, box: npt.NDArray[np.int64], ellipses: Singles) -> None:
     """Darken soft ellipses of ``image`` (H, W, 3) inside ``box`` (left, top, right, bottom).
 
-    ``spots`` (n, 5): middle x and y, half width and half height in pixels, strength in [0, 1].
+    ``ellipses`` (n, 5): centre x and y, half width and half height in pixels, strength in [0, 1].
     """
-    for k in range(len(spots)):
-        x, y, width, height, strength = spots[k]
+    for k in range(len(ellipses)):
+        x, y, width, height, strength = ellipses[k]
         for row in range(max(box[1], int(y - height)), min(box[3], int(y + height) + 2)):
             down = (row + np.float32(0.5) - y) / height
             for column in range(max(box[0], int(x - width)), min(box[2], int(x + width) + 2)):
@@ -36,29 +36,30 @@ def shade_floor(image: Image, box: npt.NDArray[np.int64], spots: Singles) -> Non
 def draw_body(
     image: Image,
     box: npt.NDArray[np.int64],
-    place: Singles,
+    position: Singles,
     normal: Singles,
     joint: npt.NDArray[np.int32],
-    share: Singles,
+    weight: Singles,
     face: npt.NDArray[np.int32],
-    paint: npt.NDArray[np.uint8],
-    turn: Singles,
+    material: npt.NDArray[np.uint8],
+    rotation: Singles,
     shift: Singles,
     lens: Singles,
-    tones: Singles,
+    colours: Singles,
 ) -> None:
     """Draw one body into ``box`` (left, top, right, bottom) of ``image`` (H, W, 3).
 
     Parameters
     ----------
-    place, normal, joint, share, face, paint : the fields of ``body.Mesh``.
-    turn, shift : (J, 3, 3) and (J, 3), from the pose of zero angles to the camera's axes (right, up, toward it),
-        with the camera's target as origin, for each joint.
-    lens : (4,) distance of the camera from its target in metres, focal length in pixels, and the pixel of the target.
-    tones : (256 * paints, 3) the colour of each paint at each brightness.
+    position, normal, joint, weight, face, material : the fields of ``body.Mesh``.
+    rotation, shift : (J, 3, 3) and (J, 3) transform of each joint from the rest pose to the camera's axes (right, up,
+        toward the camera), with the camera's target as origin.
+    lens : (4,) distance of the camera from its target in metres, focal length in pixels, pixel coordinates of the
+        target.
+    colours : (256 * materials, 3) colour of each material at each brightness.
     """
     left, top, right, bottom = box
-    points, light = _project(place, normal, joint, share, turn, shift, lens)
+    points, brightness = _project(position, normal, joint, weight, rotation, shift, lens)
     x0, y0, x1, y1 = right, bottom, left, top
     for v in range(len(points)):
         x, y = int(np.floor(points[v, 0])), int(np.floor(points[v, 1]))
@@ -69,35 +70,35 @@ def draw_body(
     for v in range(len(points)):
         points[v, 0] = (points[v, 0] - np.float32(x0)) * np.float32(2.0)
         points[v, 1] = (points[v, 1] - np.float32(y0)) * np.float32(2.0)
-    nearness = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.float32)
+    inverse_depth = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.float32)
     tone = np.zeros((2 * (y1 - y0), 2 * (x1 - x0)), dtype=np.uint16)
-    _fill(points, light, face, paint, nearness, tone)
-    _lay(image, y0, x0, nearness, tone, tones, lens)
+    _fill(points, brightness, face, material, inverse_depth, tone)
+    _composite(image, y0, x0, inverse_depth, tone, colours, lens)
 
 
 @njit
 def _project(
-    place: Singles,
+    position: Singles,
     normal: Singles,
     joint: npt.NDArray[np.int32],
-    share: Singles,
-    turn: Singles,
+    weight: Singles,
+    rotation: Singles,
     shift: Singles,
     lens: Singles,
 ) -> tuple[Singles, Singles]:
-    """Return pixel x, y and nearness (V, 3), nearness being 1 / distance, and the brightness (V,) in [0, 255]."""
-    points = np.empty((len(place), 3), dtype=np.float32)
-    light = np.empty(len(place), dtype=np.float32)
+    """Return pixel x, y and inverse depth of each vertex (V, 3), and its brightness (V,) in [0, 255]."""
+    points = np.empty((len(position), 3), dtype=np.float32)
+    brightness = np.empty(len(position), dtype=np.float32)
     one = np.float32(1.0)
-    unmoved = np.zeros(3, dtype=np.float32)
-    for v in range(len(place)):
+    no_shift = np.zeros(3, dtype=np.float32)
+    for v in range(len(position)):
         first, second = joint[v]
-        w = share[v]
-        x, y, z = _bend(turn[first], shift[first], place[v])
-        right, up, toward = _bend(turn[first], unmoved, normal[v])
+        w = weight[v]
+        x, y, z = _transform(rotation[first], shift[first], position[v])
+        right, up, toward = _transform(rotation[first], no_shift, normal[v])
         if w < one:
-            x2, y2, z2 = _bend(turn[second], shift[second], place[v])
-            right2, up2, toward2 = _bend(turn[second], unmoved, normal[v])
+            x2, y2, z2 = _transform(rotation[second], shift[second], position[v])
+            right2, up2, toward2 = _transform(rotation[second], no_shift, normal[v])
             x, y, z = w * x + (one - w) * x2, w * y + (one - w) * y2, w * z + (one - w) * z2
             right, up = w * right + (one - w) * right2, w * up + (one - w) * up2
             toward = w * toward + (one - w) * toward2
@@ -105,26 +106,27 @@ def _project(
         points[v, 0] = lens[2] + lens[1] * x * near
         points[v, 1] = lens[3] - lens[1] * y * near
         points[v, 2] = near
-        light[v] = _brightness(right, up, toward)
-    return points, light
+        brightness[v] = _brightness(right, up, toward)
+    return points, brightness
 
 
 @njit
-def _bend(turn: Singles, shift: Singles, vector: Singles) -> tuple[np.float32, np.float32, np.float32]:
-    """Return ``turn @ vector + shift``, without an array for it."""
+def _transform(rotation: Singles, shift: Singles, vector: Singles) -> tuple[np.float32, np.float32, np.float32]:
+    """Return ``rotation @ vector + shift`` without allocating an array."""
     x, y, z = vector[0], vector[1], vector[2]
     return (
-        turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0],
-        turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1],
-        turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2],
+        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z + shift[0],
+        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z + shift[1],
+        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z + shift[2],
     )
 
 
 @njit
 def _brightness(right: np.float32, up: np.float32, toward: np.float32) -> np.float32:
-    """Return the light on a surface whose normal is given in the camera's axes, in [0, 250].
+    """Return the brightness of a surface in [0, 250], given its normal in the camera's axes.
 
-    A large soft lamp from above to the left, the sky, the bright floor, and a rim where the surface turns away.
+    The light comes from a large soft lamp at the upper left, the sky and the bright floor. A rim light brightens
+    surfaces that face away from the camera.
     """
     none, all_ = np.float32(0.0), np.float32(1.0)
     lamp = np.float32(-0.46) * right + np.float32(0.62) * up + np.float32(0.64) * toward
@@ -140,26 +142,26 @@ def _brightness(right: np.float32, up: np.float32, toward: np.float32) -> np.flo
 @njit(error_model="numpy")
 def _fill(
     points: Singles,
-    light: Singles,
+    brightness: Singles,
     face: npt.NDArray[np.int32],
-    paint: npt.NDArray[np.uint8],
-    nearness: Singles,
+    material: npt.NDArray[np.uint8],
+    inverse_depth: Singles,
     tone: npt.NDArray[np.uint16],
 ) -> None:
-    """Fill the faces that look to the camera into the sample planes, the nearest on top.
+    """Fill the faces that point toward the camera into the sample buffers, keeping the nearest.
 
-    The four edges of a face mark where each row of samples begins and ends, with nearness and brightness there;
-    between the two ends these run evenly.
+    The four edges of a face define where each row of samples begins and ends, and the inverse depth and brightness at
+    both ends; they are interpolated linearly in between.
     """
-    height, width = nearness.shape
-    half, slack = np.float32(0.5), np.float32(0.001)  # the slack: rounding opens no crack between neighbours
+    height, width = inverse_depth.shape
+    half, slack = np.float32(0.5), np.float32(0.001)  # slack: rounding must not open gaps between faces
     begin = np.empty((height, 3), dtype=np.float32)
     end = np.empty((height, 3), dtype=np.float32)
     for f in range(len(face)):
         a, b, c, d = face[f, 0], face[f, 1], face[f, 2], face[f, 3]
         area = (points[c, 0] - points[a, 0]) * (points[d, 1] - points[b, 1])
         area -= (points[d, 0] - points[b, 0]) * (points[c, 1] - points[a, 1])
-        if area >= 0:  # pixels count downward: what is counter-clockwise seen from outside has a negative area
+        if area >= 0:  # faces away: y points down in pixels, so a counter-clockwise face has a negative area
             continue
         top = min(min(points[a, 1], points[b, 1]), min(points[c, 1], points[d, 1]))
         low = max(max(points[a, 1], points[b, 1]), max(points[c, 1], points[d, 1]))
@@ -170,8 +172,8 @@ def _fill(
             begin[y, 0] = np.float32(width)
             end[y, 0] = np.float32(-1.0)
         for k in range(4):
-            _mark(points, light, face[f, k], face[f, (k + 1) & 3], begin, end)
-        base = np.float32(256 * np.int64(paint[f]))
+            _extend_rows(points, brightness, face[f, k], face[f, (k + 1) & 3], begin, end)
+        base = np.float32(256 * np.int64(material[f]))
         for y in range(first, last + 1):
             x = begin[y, 0]
             room = max(end[y, 0] - x, half)
@@ -183,16 +185,16 @@ def _fill(
             near = begin[y, 1] + ahead * step_near
             bright = begin[y, 2] + ahead * step_bright
             for column in range(start, stop + 1):
-                if near > nearness[y, column]:
-                    nearness[y, column] = near
+                if near > inverse_depth[y, column]:
+                    inverse_depth[y, column] = near
                     tone[y, column] = np.uint16(base + bright)
                 near += step_near
                 bright += step_bright
 
 
 @njit(error_model="numpy")
-def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: Singles) -> None:
-    """Widen the rows between ``begin`` and ``end`` (x, nearness, brightness of each row) to the edge from a to b."""
+def _extend_rows(points: Singles, brightness: Singles, a: int, b: int, begin: Singles, end: Singles) -> None:
+    """Extend ``begin`` and ``end`` (x, inverse depth and brightness of each row) to include the edge from a to b."""
     half = np.float32(0.5)
     if points[a, 1] > points[b, 1]:
         a, b = b, a
@@ -203,11 +205,11 @@ def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: 
     per_row = np.float32(1.0) / max(points[b, 1] - points[a, 1], np.float32(1e-6))
     step_x = (points[b, 0] - points[a, 0]) * per_row
     step_near = (points[b, 2] - points[a, 2]) * per_row
-    step_bright = (light[b] - light[a]) * per_row
+    step_bright = (brightness[b] - brightness[a]) * per_row
     down = np.float32(first) + half - points[a, 1]
     x = points[a, 0] + down * step_x
     near = points[a, 2] + down * step_near
-    bright = light[a] + down * step_bright
+    bright = brightness[a] + down * step_bright
     for y in range(first, last + 1):
         if x < begin[y, 0]:
             begin[y, 0], begin[y, 1], begin[y, 2] = x, near, bright
@@ -219,60 +221,60 @@ def _mark(points: Singles, light: Singles, a: int, b: int, begin: Singles, end: 
 
 
 @njit(error_model="numpy")
-def _lay(
+def _composite(
     image: Image,
     top: int,
     left: int,
-    nearness: Singles,
+    inverse_depth: Singles,
     tone: npt.NDArray[np.uint16],
-    tones: Singles,
+    colours: Singles,
     lens: Singles,
 ) -> None:
-    """Lay the samples on the picture, four a pixel, darkened where something close by stands in front."""
-    height, width = nearness.shape
-    hidden, front = _hidden(nearness, max(1, int(lens[1] / lens[0] * np.float32(0.011) + np.float32(0.5))))
+    """Composite the samples onto the image, four per pixel, darkened by ambient occlusion."""
+    height, width = inverse_depth.shape
+    blocked, front = _occlusion(inverse_depth, max(1, int(lens[1] / lens[0] * np.float32(0.011) + np.float32(0.5))))
     quarter, half, none = np.float32(0.25), np.float32(0.5), np.float32(0.0)
     for y in range(0, height, 2):
         for x in range(0, width, 2):
-            a, b = nearness[y, x], nearness[y, x + 1]
-            c, d = nearness[y + 1, x], nearness[y + 1, x + 1]
+            a, b = inverse_depth[y, x], inverse_depth[y, x + 1]
+            c, d = inverse_depth[y + 1, x], inverse_depth[y + 1, x + 1]
             near = max(max(a, b), max(c, d))
             if near == none:
                 continue
             row, column = top + (y >> 1), left + (x >> 1)
-            keep = quarter - np.float32(0.1) * _between(hidden, front, y, x, near)
-            # Where the body does not cover a sample, what was there before shows through.
+            keep = quarter - np.float32(0.1) * _interpolate_occlusion(blocked, front, y, x, near)
+            # The background shows through samples that the body does not cover.
             tone_a, tone_b = tone[y, x], tone[y, x + 1]
             tone_c, tone_d = tone[y + 1, x], tone[y + 1, x + 1]
             on_a, on_b = (keep if a > none else none), (keep if b > none else none)
             on_c, on_d = (keep if c > none else none), (keep if d > none else none)
             paper = quarter * ((a == none) + (b == none) + (c == none) + (d == none))
             for k in range(3):
-                mixed = on_a * tones[tone_a, k] + on_b * tones[tone_b, k] + on_c * tones[tone_c, k]
-                mixed += on_d * tones[tone_d, k] + np.float32(paper) * image[row, column, k]
+                mixed = on_a * colours[tone_a, k] + on_b * colours[tone_b, k] + on_c * colours[tone_c, k]
+                mixed += on_d * colours[tone_d, k] + np.float32(paper) * image[row, column, k]
                 image[row, column, k] = np.uint8(mixed + half)
 
 
 @njit(error_model="numpy")
-def _hidden(nearness: Singles, step: int) -> tuple[Singles, Singles]:
-    """Return the share of the light that is kept off by what stands just in front, and the nearness it holds for.
+def _occlusion(inverse_depth: Singles, step: int) -> tuple[Singles, Singles]:
+    """Return the share of light blocked by surfaces just in front, and the inverse depth to which it applies.
 
-    Both are given for every block of 4 x 4 samples, with one more row and column of nothing. Looks at 16 places
-    around the block, ``step`` blocks apart. What is 15 cm ahead or more hides ever less.
+    Both are computed per block of 4 x 4 samples and padded with a row and a column of zeros. Each block is compared
+    with 16 positions around it, ``step`` blocks apart. The effect fades out at distances of 15 to 30 cm.
     """
-    height, width = nearness.shape[0] // 4, nearness.shape[1] // 4
+    height, width = inverse_depth.shape[0] // 4, inverse_depth.shape[1] // 4
     none, all_ = np.float32(0.0), np.float32(1.0)
     front = np.zeros((height + 1, width + 1), dtype=np.float32)
     for y in range(height):
         for x in range(width):
-            front[y, x] = nearness[4 * y + 2, 4 * x + 2]
-    hidden = np.zeros((height + 1, width + 1), dtype=np.float32)
+            front[y, x] = inverse_depth[4 * y + 2, 4 * x + 2]
+    blocked = np.zeros((height + 1, width + 1), dtype=np.float32)
     for y in range(height):
         for x in range(width):
             near = front[y, x]
             if near == none:
                 continue
-            metres = all_ / (near * near)  # nearness is 1 / distance: its difference over its square is metres
+            metres = all_ / (near * near)  # converts a difference in inverse depth to metres
             total = none
             for j in range(-3, 4, 2):
                 for i in range(-3, 4, 2):
@@ -282,22 +284,22 @@ def _hidden(nearness: Singles, step: int) -> tuple[Singles, Singles]:
                         if ahead > np.float32(0.01):
                             close = min(all_, (ahead - np.float32(0.01)) * np.float32(25.0))
                             total += close * max(none, min(all_, np.float32(2.0) - ahead * np.float32(6.6666667)))
-            hidden[y, x] = total * np.float32(0.0625)
-    return hidden, front
+            blocked[y, x] = total * np.float32(0.0625)
+    return blocked, front
 
 
 @njit(error_model="numpy")
-def _between(hidden: Singles, front: Singles, y: int, x: int, near: np.float32) -> np.float32:
-    """Return ``hidden`` at a pixel (its upper left sample), between those neighbouring blocks that are as near."""
+def _interpolate_occlusion(blocked: Singles, front: Singles, y: int, x: int, near: np.float32) -> np.float32:
+    """Interpolate ``blocked`` at a pixel (its upper left sample) between the adjacent blocks of similar depth."""
     row, column = max(0, (y - 1) >> 2), max(0, (x - 1) >> 2)
-    a, b = hidden[row, column], hidden[row, column + 1]
-    c, d = hidden[row + 1, column], hidden[row + 1, column + 1]
+    a, b = blocked[row, column], blocked[row, column + 1]
+    c, d = blocked[row + 1, column], blocked[row + 1, column + 1]
     all_, none = np.float32(1.0), np.float32(0.0)
     if a + b + c + d == none:
         return none
     down = np.float32(y - 1 - 4 * row) * np.float32(0.25)
     right = np.float32(x - 1 - 4 * column) * np.float32(0.25)
-    apart = np.float32(20.0) / (near * near)  # a block 5 cm before or behind does not count
+    apart = np.float32(20.0) / (near * near)  # a block more than 5 cm in front or behind has no weight
     share_a = (all_ - down) * (all_ - right) * max(none, all_ - apart * abs(front[row, column] - near))
     share_b = (all_ - down) * right * max(none, all_ - apart * abs(front[row, column + 1] - near))
     share_c = down * (all_ - right) * max(none, all_ - apart * abs(front[row + 1, column] - near))

@@ -1,6 +1,6 @@
-"""Videos of moving bodies: panels side by side, each a body from two sides, with the record's sound.
+"""Videos of moving bodies: panels side by side, each showing a body from two sides, with the sound of the record.
 
-The same tables and sound give the same bytes (see ``mp4``).
+The same tables and sound give the same bytes (see ``cospeech.formats.mp4``).
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from cospeech.formats.canvas import Image
 from cospeech.motion import skeleton
 from cospeech.rendering import figure, picture
 
-PALE = (225, 228, 232)
-"""Letters on a film."""
+FOOTAGE_TEXT = (225, 228, 232)
+"""Colour of text on a film."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One column of a video: whose motion it is, the motion table and the gesture phrases that it shows."""
+    """One column of a video: its title, a motion table and the gesture phrases of the motion."""
 
     title: str
     motion: pd.DataFrame
     phrases: pd.DataFrame
 
-    def opening(self, n_frames: int) -> Panel:
-        """Return the panel of the first ``n_frames`` of the motion."""
+    def head(self, n_frames: int) -> Panel:
+        """Return the panel with only the first ``n_frames`` frames of the motion."""
         end_s = n_frames / skeleton.frame_rate(self.motion)
         begun = self.phrases[self.phrases["start_s"] < end_s]
         phrases = begun.assign(end_s=begun["end_s"].clip(upper=end_s))
@@ -39,21 +39,21 @@ class Panel:
 
 
 def panel_size(height_px: int) -> tuple[int, int]:
-    """Return height and width of one panel in pixels, both even as video needs them."""
+    """Return height and width of one panel in pixels; both are even, as required for video."""
     return height_px, 4 * round(0.31 * height_px)
 
 
-def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) -> Iterator[Image]:
-    """Yield the frames (H, W, 3) of a video of ``panels`` side by side.
+def render(panels: Sequence[Panel], fps: float, height_px: int, caption: str) -> Iterator[Image]:
+    """Yield the frames (H, W, 3) of a video of ``panels`` side by side; the array is reused.
 
-    One camera a side sees all panels alike, from so far away that nobody leaves the picture.
+    The same cameras, one per side, are used for all panels, far enough away that no body leaves the image.
 
     Parameters
     ----------
-    panels : what to show; all run for the length of the first.
-    fps : frames a second of the video; each shows the motion frame that holds its centre.
-    height_px : height of the picture.
-    caption : what is written under each panel, before the time.
+    panels : the panels to show; all have the duration of the first one.
+    fps : frame rate of the video; each video frame shows the motion frame at its centre.
+    height_px : height of the image.
+    caption : text below each panel, before the time.
     """
     height, width = panel_size(height_px)
     unit = height / 360
@@ -62,46 +62,51 @@ def pictures(panels: Sequence[Panel], fps: float, height_px: int, caption: str) 
     painter, floor_m = figure.Painter(), figure.floor_height(bodies)
     views = figure.cameras(painter.extent(bodies), (0, head, width, height - foot))
     figures = [
-        [painter.figure(moving, view.moved(number * width), floor_m) for view in views]
+        [painter.figure(moving, view.shifted(number * width), floor_m) for view in views]
         for number, moving in enumerate(bodies)
     ]
 
     motion_fps = skeleton.frame_rate(panels[0].motion)
     duration_s = len(panels[0].motion) / motion_fps
-    times = segments.frame_times(n_pictures(panels[0].motion, fps), fps)
+    times = segments.frame_times(n_video_frames(panels[0].motion, fps), fps)
     labels = [picture.labels_at(panel.phrases, times) for panel in panels]
     margin, band = round(14 * unit), round(6 * unit)
-    strip_box = (margin, height - round(30 * unit), width - margin, height - round(30 * unit) + band)
-    strips = [picture.Strip(panel.phrases, duration_s, strip_box) for panel in panels]
-    still = np.hstack([_sheet(panel, strip, caption, unit) for panel, strip in zip(panels, strips, strict=True)])
-    image = np.empty_like(still)
+    timeline_box = (margin, height - round(30 * unit), width - margin, height - round(30 * unit) + band)
+    timelines = [picture.Timeline(panel.phrases, duration_s, timeline_box) for panel in panels]
+    static = np.hstack(
+        [_static_panel(panel, timeline, caption, unit) for panel, timeline in zip(panels, timelines, strict=True)]
+    )
+    image = np.empty_like(static)
     for step, time_s in enumerate(times):
-        image[:] = still
-        for number, strip in enumerate(strips):
+        image[:] = static
+        for number, timeline in enumerate(timelines):
             part = image[:, number * width : (number + 1) * width]
             frame = min(int(time_s * motion_fps), len(bodies[number]) - 1)
             for drawn in figures[number]:
                 drawn.draw(image, frame)
-            strip.mark(part, time_s)
+            timeline.draw_cursor(part, time_s)
             colours, shape = picture.tag(labels[number][step], round(11 * unit))
             canvas.lay(part, round(11 * unit), width - margin - shape.shape[1], colours, shape)
             _clock(part, time_s, height - round(19 * unit), width - margin, round(10 * unit))
         yield image
 
 
-def beside_film(
-    images: Iterable[Image], shot: str | Path, frames: Iterable[int], height_px: int, caption: str
+def with_footage(
+    images: Iterable[Image], footage: str | Path, frames: Iterable[int], height_px: int, caption: str
 ) -> Iterator[Image]:
-    """Yield ``images`` with a panel left of each that shows the film it was found in; one array that changes.
+    """Yield ``images`` with a panel on the left that shows the original film; the array is reused.
 
     Parameters
     ----------
-    shot : the film.
-    frames : which of its pictures belongs to each image, rising.
+    images : the frames of the video.
+    footage : the film.
+    frames : the index of the film's picture that belongs to each image, in ascending order.
+    height_px : height of the images.
+    caption : text below the film.
     """
     height, width = panel_size(height_px)
     unit = height / 360
-    filmed = enumerate(films.pictures(shot, height))
+    filmed = enumerate(films.pictures(footage, height))
     number = -1
     both = np.zeros((height, width, 3), dtype=np.uint8)
     for image, frame in zip(images, frames, strict=True):
@@ -109,37 +114,37 @@ def beside_film(
             both = np.hstack([both, image])
         while number < frame:
             number, shown = next(filmed)
-        wall, spare = both[:, :width], width - shown.shape[1]
-        wall[:, max(spare, 0) // 2 :][:, : shown.shape[1]] = shown[:, max(-spare, 0) // 2 :][:, :width]
-        canvas.write(wall, "film", round(11 * unit), round(14 * unit), round(14 * unit), PALE, bold=True)
-        canvas.write(wall, caption, height - round(19 * unit), round(14 * unit), round(10 * unit), canvas.FAINT)
+        panel, spare = both[:, :width], width - shown.shape[1]
+        panel[:, max(spare, 0) // 2 :][:, : shown.shape[1]] = shown[:, max(-spare, 0) // 2 :][:, :width]
+        canvas.write(panel, "film", round(11 * unit), round(14 * unit), round(14 * unit), FOOTAGE_TEXT, bold=True)
+        canvas.write(panel, caption, height - round(19 * unit), round(14 * unit), round(10 * unit), canvas.FAINT)
         both[:, width:] = image
         yield both
 
 
-def _sheet(panel: Panel, strip: picture.Strip, caption: str, unit: float) -> Image:
-    """Return what stands still in a panel."""
+def _static_panel(panel: Panel, timeline: picture.Timeline, caption: str, unit: float) -> Image:
+    """Return the parts of a panel that are the same in all frames."""
     height, width = panel_size(round(360 * unit))
-    sheet = picture.background(height, width)
+    image = picture.background(height, width)
     margin = round(14 * unit)
-    canvas.write(sheet, panel.title, round(11 * unit), margin, round(14 * unit), bold=True)
-    canvas.write(sheet, caption, height - round(19 * unit), margin, round(10 * unit), canvas.FAINT)
-    strip.draw(sheet)
-    sheet[:, -1] = (222, 221, 218)
-    return sheet
+    canvas.write(image, panel.title, round(11 * unit), margin, round(14 * unit), bold=True)
+    canvas.write(image, caption, height - round(19 * unit), margin, round(10 * unit), canvas.FAINT)
+    timeline.draw(image)
+    image[:, -1] = (222, 221, 218)
+    return image
 
 
 def _clock(image: Image, time_s: float, top: int, right: int, size: int) -> None:
-    """Write the time, ending at column ``right``; every digit takes the same room, so that nothing jitters."""
+    """Write the time, right-aligned at column ``right``; all digits have equal width to avoid jitter."""
     left = right - canvas.lettering(" s", size).shape[1]
     canvas.write(image, " s", top, left, size, canvas.FAINT)
-    room = canvas.lettering("0", size).shape[1]
+    digit_width = canvas.lettering("0", size).shape[1]
     for letter in reversed(f"{time_s:.1f}"):
-        left -= room if letter.isdigit() else room // 2
+        left -= digit_width if letter.isdigit() else digit_width // 2
         canvas.write(image, letter, top, left, size, canvas.FAINT)
 
 
-def film(
+def write_video(
     path: str | Path,
     panels: Sequence[Panel],
     caption: str,
@@ -147,27 +152,32 @@ def film(
     height_px: int,
     longest_s: float | None,
     sound: str | Path | None,
-    shot: str | Path | None = None,
+    footage: str | Path | None = None,
 ) -> None:
-    """Write the video of ``panels`` (see ``pictures``) as MP4 to ``path``, silent where ``sound`` names no file.
+    """Write the video of ``panels`` to ``path`` as MP4.
 
-    Of what is longer than ``longest_s`` it shows the beginning, and says so. ``shot`` names the film that the first
-    motion was found in, a picture a motion frame; it is shown beside.
+    Parameters
+    ----------
+    path : the output file.
+    panels, caption, fps, height_px : see ``render``.
+    longest_s : if the motion is longer, only its first ``longest_s`` seconds are shown and the caption says so.
+    sound : audio file; None for a silent video.
+    footage : film of the first motion, one picture per motion frame, shown to the left of the panels.
     """
-    if longest_s is not None and n_pictures(panels[0].motion, fps) > longest_s * fps:
+    if longest_s is not None and n_video_frames(panels[0].motion, fps) > longest_s * fps:
         n_frames = round(longest_s * skeleton.frame_rate(panels[0].motion))
-        panels = [panel.opening(n_frames) for panel in panels]
+        panels = [panel.head(n_frames) for panel in panels]
         caption = f"{caption} · first {longest_s:g} s"
-    images = pictures(panels, fps, height_px, caption)
+    images = render(panels, fps, height_px, caption)
     motion = panels[0].motion
-    if shot is not None:
-        times_s = segments.frame_times(n_pictures(motion, fps), fps)
+    if footage is not None:
+        times_s = segments.frame_times(n_video_frames(motion, fps), fps)
         frames = np.minimum((times_s * skeleton.frame_rate(motion)).astype(int), len(motion) - 1)
-        images = beside_film(images, shot, frames, height_px, caption)
-    shown_s = n_pictures(motion, fps) / fps
+        images = with_footage(images, footage, frames, height_px, caption)
+    shown_s = n_video_frames(motion, fps) / fps
     mp4.encode(path, images, fps, mp4.read_sound(sound, shown_s) if sound else None)
 
 
-def n_pictures(motion: pd.DataFrame, fps: float) -> int:
-    """Return how many pictures a video of ``fps`` needs to show a motion."""
+def n_video_frames(motion: pd.DataFrame, fps: float) -> int:
+    """Return the number of frames of a video of a motion at ``fps``."""
     return max(1, round(len(motion) / skeleton.frame_rate(motion) * fps))

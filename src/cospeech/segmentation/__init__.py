@@ -1,1 +1,1 @@
-"""Gesture phrases from joint angles, and intonation phrases from prosody."""
+"""Segmentation: gesture phrases from joint angles, and intonation phrases from prosody."""

@@ -1,1 +1,1 @@
-"""Speech: from sound to prosody frames."""
+"""Speech: prosody features from sound."""

@@ -1,19 +1,19 @@
 """The six prosody features (Özkul 2012, 4.2, eq. 4.3-4.5): intensity, pitch, pitch gain and their derivatives.
 
-What the text leaves open is settled so:
+Details that the thesis leaves open are implemented as follows:
 
-- Frame k covers [k, k + 1) times ``frame_s``; its analysis window is centred on the frame's centre. At the ends of
-  the record the window holds the samples that exist.
-- Eq. 4.4 lacks the squares under its roots. The signal of a window is zero outside the window, and the sums run over
-  all samples; both roots are then the window's energy, and r falls with the lag by the share of the window that
-  still overlaps. This is what keeps the arg max from the multiples of the period: of the frames voiced for Praat's
-  tracker too, 1 % are off by more than a fifth, and 3 % where each lag is weighed by its own overlap.
-- The mean of the window is removed before eq. 4.4, or a constant offset would correlate with itself at every lag.
-- The maximum is one of the peaks of r between the two pitch limits, not the slope at a limit; where r has no peak, it
-  is its largest value. A parabola through the peak places it between samples (an addition to the thesis: at 16 kHz
-  and 400 Hz a sample is 0.4 semitones).
-- A window without energy has no lag: it is null, enters the features as the mean lag, and its gain is 0.
-- The first derivative is the difference to the frame before, 0 in the first frame.
+- Frame k covers the time from k to k + 1 times ``frame_s``, and its analysis window is centred on the centre of the
+  frame. At the ends of the record, the window contains only the samples that exist.
+- Eq. 4.4 lacks the squares under its roots. Here, the signal is zero outside the window and the sums run over all
+  samples, so each root is the energy of the window, and r decreases with the lag in proportion to the remaining
+  overlap. This prevents the arg max from selecting multiples of the period: of the frames that Praat's tracker also
+  considers voiced, 1 % are off by more than a fifth, compared with 3 % if each lag is normalised by its overlap.
+- The mean of the window is removed before eq. 4.4; otherwise a constant offset would be correlated at every lag.
+- The maximum is the highest peak of r between the two pitch limits, not a slope at a limit; if r has no peak, it is
+  the largest value. A parabola through the peak interpolates between samples (an addition to the thesis: at 16 kHz
+  and 400 Hz, one sample is 0.4 semitones).
+- A window without energy has no lag: the lag is null and replaced by the mean lag in the features; the gain is 0.
+- The first derivative is the difference from the previous frame, and 0 in the first frame.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ from cospeech.errors import UserError
 FEATURES = ("intensity", "pitch_lag", "pitch_gain")
 """The three features whose derivatives are the other three (eq. 4.5)."""
 
-QUIETEST = 1.0 / (12 * 32768**2)
-"""Power of rounding to 16 bits, full scale 1: the least energy whose logarithm means anything."""
+MIN_POWER = 1.0 / (12 * 32768**2)
+"""Power of 16-bit quantisation noise at full scale 1: the smallest energy with a meaningful logarithm."""
 
-BLOCK = 128
-"""Frames that are transformed at once: they fit the cache, and memory does not grow with the record."""
+BLOCK_FRAMES = 128
+"""Number of frames transformed at once: a block fits the cache, and memory does not depend on the record's length."""
 
 
 class Frames(NamedTuple):
-    """What is measured in each of T frames: log energy, best lag in seconds (NaN where none), and its gain."""
+    """Measurements of T frames, (T,) each: log energy, best lag in seconds (NaN if there is none) and its gain."""
 
     intensity_log: Floats
     lag_s: Floats
@@ -50,18 +50,18 @@ class Frames(NamedTuple):
 def measure(
     samples: Floats, rate_hz: float, *, frame_s: float, window_s: float, pitch_min_hz: float, pitch_max_hz: float
 ) -> Frames:
-    """Measure intensity (eq. 4.3), best lag and pitch gain (eq. 4.4) of every frame.
+    """Measure the intensity (eq. 4.3), best lag and pitch gain (eq. 4.4) of each frame.
 
     Parameters
     ----------
-    samples : (n,) sound, full scale 1.
-    rate_hz : sampling rate.
-    frame_s, window_s : distance of frames and length of the analysis window, in seconds.
-    pitch_min_hz, pitch_max_hz : range of the pitch.
+    samples : (n,) audio samples, full scale 1.
+    rate_hz : sampling rate in Hz.
+    frame_s, window_s : frame period and length of the analysis window, in seconds.
+    pitch_min_hz, pitch_max_hz : pitch range in Hz.
 
     Raises
     ------
-    UserError : where the sound is shorter than a frame, or the window holds no two periods of the lowest pitch.
+    UserError : if the sound is shorter than a frame, or the window is too short for the lowest pitch.
     """
     width = round(window_s * rate_hz)
     n_frames = int(len(samples) / (frame_s * rate_hz) + 1e-6)
@@ -70,40 +70,41 @@ def measure(
     shortest, longest = int(np.ceil(rate_hz / pitch_max_hz)), int(rate_hz / pitch_min_hz)
     if longest + 1 >= width or shortest < 2:
         raise UserError(
-            f"speech: a window of {window_s} s at {rate_hz} Hz cannot hold pitch from {pitch_min_hz} to "
-            f"{pitch_max_hz} Hz; raise pitch_min_hz, lower pitch_max_hz, or widen window_s"
+            f"speech: a window of {window_s} s at {rate_hz} Hz cannot resolve pitch from {pitch_min_hz} to "
+            f"{pitch_max_hz} Hz; increase pitch_min_hz, decrease pitch_max_hz, or increase window_s"
         )
     padded = np.pad(np.asarray(samples, dtype=float), width)
     first = np.round((np.arange(n_frames) + 0.5) * frame_s * rate_hz).astype(np.int64) + width - width // 2
     windows = np.lib.stride_tricks.sliding_window_view(padded, width)
     present = np.minimum(first + width, width + len(samples)) - np.maximum(first, width)
-    lags = np.arange(shortest - 1, longest + 2)  # one more on each side, to see whether a limit is a peak
+    lags = np.arange(shortest - 1, longest + 2)  # one more lag at each end, to tell whether a limit is a peak
     parts = [
-        _measure_block(windows[first[k : k + BLOCK]], present[k : k + BLOCK], lags) for k in range(0, n_frames, BLOCK)
+        _measure_block(windows[first[k : k + BLOCK_FRAMES]], present[k : k + BLOCK_FRAMES], lags)
+        for k in range(0, n_frames, BLOCK_FRAMES)
     ]
     intensity, lag, gain = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Frames(intensity, lag / rate_hz, gain)
 
 
 def _measure_block(windows: Floats, present: npt.NDArray[np.int64], lags: npt.NDArray[np.int64]) -> Frames:
-    """Return the measures of windows (n, W) of which ``present`` samples lie in the record, lags in samples."""
+    """Measure windows (n, W) of which ``present`` (n,) samples lie within the record; lags are in samples."""
     energy = (windows**2).sum(axis=1) / present
     centred = windows - windows.mean(axis=1, keepdims=True)
     size = fft.next_fast_len(windows.shape[1] + int(lags[-1]), real=True)
     power = np.abs(fft.rfft(centred, size, axis=1)) ** 2
     products = fft.irfft(power, size, axis=1)
-    sounding = products[:, 0] > QUIETEST * windows.shape[1]
-    r = products[:, lags] / np.where(sounding, products[:, 0], 1.0)[:, None]
+    has_energy = products[:, 0] > MIN_POWER * windows.shape[1]
+    r = products[:, lags] / np.where(has_energy, products[:, 0], 1.0)[:, None]
     lag, gain = _highest_peak(r)
     return Frames(
-        np.log(np.maximum(energy, QUIETEST)),
-        np.where(sounding, lag + lags[0], np.nan),
-        np.where(sounding, np.clip(gain, -1.0, 1.0), 0.0),
+        np.log(np.maximum(energy, MIN_POWER)),
+        np.where(has_energy, lag + lags[0], np.nan),
+        np.where(has_energy, np.clip(gain, -1.0, 1.0), 0.0),
     )
 
 
 def _highest_peak(r: Floats) -> tuple[Floats, Floats]:
-    """Return place and value of the highest peak in each row of ``r`` (n, L), columns 1 to L - 2, between samples."""
+    """Return interpolated position and value of the highest peak in columns 1 to L - 2 of each row of r (n, L)."""
     before, top, after = r[:, :-2], r[:, 1:-1], r[:, 2:]
     bend = before - 2 * top + after
     peak = (top >= before) & (top >= after) & (bend < 0)
@@ -117,23 +118,23 @@ def _highest_peak(r: Floats) -> tuple[Floats, Floats]:
 
 
 def statistics(record: str, frames: Frames, voiced_gain: float) -> pd.DataFrame:
-    """Return the one-row table of what the features of a record are normalised with.
+    """Return the normalisation statistics of a record as a table of one row (schema ``prosody_statistics``).
 
-    Voiced frames, gain above ``voiced_gain``, make the mean lag.
+    The mean lag is computed over voiced frames, i.e. those with a gain above ``voiced_gain``.
 
     Raises
     ------
-    UserError : where no frame is voiced or the intensity never changes.
+    UserError : if no frame is voiced, or the intensity is constant.
     """
     voiced = frames.gain > voiced_gain
     spread = float(frames.intensity_log.std())
     if not voiced.any():
         raise UserError(
-            f"record '{record}': no frame is voiced (pitch gain above {voiced_gain}); it is silent or no speech: "
-            "check its sound, or leave the record out"
+            f"record '{record}': no frame is voiced (pitch gain above {voiced_gain}), so it is silent or not "
+            "speech; check its sound, or remove the record"
         )
     if spread < 1e-9:
-        raise UserError(f"record '{record}': its intensity never changes, so it is no speech; check its sound")
+        raise UserError(f"record '{record}': its intensity is constant, so it is not speech; check its sound")
     return pd.DataFrame(
         {
             "record": [record],
@@ -150,7 +151,8 @@ def statistics(record: str, frames: Frames, voiced_gain: float) -> pd.DataFrame:
 def features(frames: Frames, statistics: pd.DataFrame, frame_s: float) -> pd.DataFrame:
     """Return the prosody table of one record (eq. 4.5), normalised with its ``statistics``.
 
-    Intensity gets mean 0 and variance 1, the mean lag is removed from the lags; the raw values stay beside them.
+    The intensity is scaled to mean 0 and variance 1, and the mean lag is subtracted from the lags. The table also
+    contains the raw values.
     """
     used = statistics.iloc[0]
     n_frames = len(frames.gain)

@@ -7,7 +7,6 @@ the ground truth.
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,7 +15,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats
-from cospeech.data.segments import GESTURES
+from cospeech.data.rng import random_source
+from cospeech.data.vocabulary import GESTURES
 from cospeech.errors import UserError
 from cospeech.studio.patterns import NAMES, PAUSE
 
@@ -46,7 +46,7 @@ class Member:
     ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
     durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) is the
     distribution of prosody patterns in gesture phrases whose speech is coupled to the gesture. Gestures are in the
-    order of ``segments.GESTURES``, patterns in that of ``patterns.NAMES``.
+    order of ``vocabulary.GESTURES``, patterns in that of ``patterns.NAMES``.
     """
 
     actor: str
@@ -72,11 +72,6 @@ class Member:
         return (1.0 - coupling) * self.marginal() + coupling * self.coupled
 
 
-def generator(seed: int, *names: str) -> np.random.Generator:
-    """Return a random generator for ``names`` that is independent of all others."""
-    return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
-
-
 def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Member:
     """Return the cast member called ``actor``.
 
@@ -95,7 +90,7 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
             f"config: synthesis.max_duration_s is {max_duration_s} s, but the studio's gesture phrases last "
             f"{SHORTEST_S} to {LONGEST_S} s; allow at least {2 * SHORTEST_S} s"
         )
-    rng = generator(seed, "cast", actor)
+    rng = random_source(seed, "cast", actor)
     taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * rng.gamma(16.0, 1 / 16.0, len(GESTURES))
     return Member(
         actor=actor,

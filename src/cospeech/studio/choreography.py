@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
-from cospeech.studio.cast import generator
+from cospeech.data.rng import random_source
 
 Place = tuple[float, float, float]
 
@@ -99,7 +99,7 @@ class Style:
 
 def style(actor: str, seed: int) -> Style:
     """Return the style of ``actor``, sampled from the seed and the actor's name."""
-    rng = generator(seed, "style", actor)
+    rng = random_source(seed, "style", actor)
     return Style(
         size=rng.uniform(0.85, 1.15),
         height_m=rng.uniform(-0.02, 0.04),

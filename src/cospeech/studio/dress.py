@@ -5,12 +5,11 @@ A tracker should find the centres of the balls.
 
 from __future__ import annotations
 
-import zlib
-
 import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 from cospeech.motion import skeleton
 from cospeech.motion.markers import MARKERS, NAMES
 
@@ -42,7 +41,7 @@ SPREAD_M = 0.004
 
 def places(actor: str, seed: int) -> Floats:
     """Return the marker positions on ``actor``, (15, 3) in the frames of their joints, metres."""
-    rng = np.random.default_rng([seed, zlib.crc32(actor.encode())])
+    rng = random_source(seed, actor)
     return np.array([PLACE_M[name] for name in NAMES]) + rng.normal(0.0, SPREAD_M, (len(NAMES), 3))
 
 

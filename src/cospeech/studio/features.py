@@ -24,8 +24,8 @@ import pandas as pd
 from scipy.special import ndtr
 
 from cospeech.data.arrays import Flags, Floats
+from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
-from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, phrase_contours
 
 WINDOW_S = 0.05
@@ -56,7 +56,7 @@ def features(
     base_hz : base pitch of the speaker.
     voiced_gain : minimum gain of the frames that the mean lag is computed from (Özkul 2012, 4.2).
     """
-    rng = generator(seed, "features", record)
+    rng = random_source(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
     pitch_st, intensity_db = phrase_contours(prosody, times_s)

@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
 from cospeech.motion import skeleton
 from cospeech.motion.skeleton import JOINTS, OFFSET_M
-from cospeech.studio.cast import generator
 from cospeech.studio.choreography import SIDES, Style, style, tracks
 from cospeech.studio.limbs import reach
 from cospeech.studio.patterns import PATTERNS
@@ -38,7 +38,7 @@ def perform(
     gestures, prosody : the segment tables of the record in the script.
     fps : frame rate of the motion.
     """
-    rng = generator(seed, "motion", record)
+    rng = random_source(seed, "motion", record)
     manner = style(actor, seed)
     duration_s = float(gestures["end_s"].iloc[-1])
     times_s = frame_times(round(duration_s * fps), fps)
@@ -57,7 +57,7 @@ def perform(
 def with_sensor_noise(motion: pd.DataFrame, noise_deg: float, record: str, seed: int) -> pd.DataFrame:
     """Return the motion as from motion capture, with white noise on every joint angle."""
     columns = skeleton.angle_columns()
-    noise = generator(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
+    noise = random_source(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
     return motion.assign(**{column: motion[column] + noise[:, k] for k, column in enumerate(columns)})
 
 

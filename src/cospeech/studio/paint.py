@@ -28,8 +28,12 @@ STEPS = 1 << BITS
 
 ZERO, ONE, NEUTRAL, FAR = np.float32(0.0), np.float32(1.0), np.float32(128.0), np.float32(np.inf)
 
-compiled = njit(error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
-"""Division by zero yields infinity or NaN, which never compares as a hit."""
+compiled = njit(error_model="numpy")
+"""Division by zero yields infinity or NaN, which never compares as a hit.
+
+Arithmetic is as written, without ``fastmath``: with it, the last bit of a depth depends on the bytecode, which
+differs between versions of Python, and on whether a pixel is in a vector or in the remainder of its row.
+"""
 
 
 def solids(ends: Floats, radii: Floats) -> Singles:

@@ -22,8 +22,9 @@ import pandas as pd
 
 from cospeech.data import segments
 from cospeech.data.arrays import Floats, Integers
-from cospeech.data.segments import GESTURES
-from cospeech.studio.cast import Member, generator
+from cospeech.data.rng import random_source
+from cospeech.data.vocabulary import GESTURES
+from cospeech.studio.cast import Member
 from cospeech.studio.patterns import NAMES
 
 INTONATION_S = (0.4, 1.6)
@@ -49,8 +50,8 @@ class Sample(NamedTuple):
 
 def sample(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Sample:
     """Return a random script of one record of ``n_frames`` prosody frames; gestures do not depend on ``coupling``."""
-    starts, labels = gesture_process(member, n_frames, generator(seed, "gestures", record))
-    rng = generator(seed, "speech", record)
+    starts, labels = gesture_process(member, n_frames, random_source(seed, "gestures", record))
+    rng = random_source(seed, "speech", record)
     coupled = rng.random(len(starts)) < coupling
     first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, rng)
     return Sample(starts, labels, coupled, first, patterns)

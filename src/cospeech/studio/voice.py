@@ -22,9 +22,9 @@ import parselmouth
 from parselmouth.praat import call, run
 
 from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
 from cospeech.data.segments import at_times, frame_times
 from cospeech.errors import UserError
-from cospeech.studio.cast import generator
 from cospeech.studio.melody import ROOM_DB, Plan, plan
 from cospeech.studio.patterns import PATTERNS
 from cospeech.studio.sentences import SENTENCES
@@ -87,7 +87,7 @@ def speak(
     """
     duration_s = float(prosody["end_s"].iloc[-1])
     frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
-    rng = generator(seed, "voice", record)
+    rng = random_source(seed, "voice", record)
     # Overlap-add reverses pieces of unvoiced sound at random, using Praat's generator, which is seeded here.
     run(f"random_initializeWithSeedUnsafelyButPredictably ({rng.integers(2**31)})\n")
     sound = np.zeros(round(duration_s * RATE_HZ))

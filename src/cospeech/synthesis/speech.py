@@ -1,41 +1,37 @@
-"""The speech that drives the synthesis of a record: its own, or the wrong one."""
+"""The speech that drives the synthesis of a record: its own, another record's, or its own at the wrong moment."""
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from cospeech.data import segments
-from cospeech.data.arrays import Labels
+from cospeech.data.arrays import Integers, Labels
+from cospeech.data.rng import random_source
 from cospeech.errors import UserError
-from cospeech.synthesis import Drive
+from cospeech.synthesis.declaration import Drive
+from cospeech.synthesis.interface import Speech
 
 
-class Speech(NamedTuple):
-    """What is heard while a record is synthesised.
+@dataclass(frozen=True)
+class Streams:
+    """The speech of an actor's records, frame by frame; each mapping goes from a record to its stream.
 
     Attributes
     ----------
-    record : the record that is synthesised. frame_s : distance of frames in seconds.
-    labels : (T,) prosody label of every frame, T the length of ``record``.
-    driving_record : record that they come from.
-    shift_s : how far they were turned round: second ``shift_s`` of the driving record is heard first.
+    labels : (T,) prosody labels. prosody : prosody tables of T rows. planted : (T,) planted prosody labels.
     """
 
-    record: str
-    frame_s: float
-    labels: Labels
-    driving_record: str
-    shift_s: float
+    labels: Mapping[str, Labels]
+    prosody: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    planted: Mapping[str, Labels] = field(default_factory=dict)
 
-    @property
-    def n_frames(self) -> int:
-        """Length in frames."""
-        return len(self.labels)
+    def n_frames(self, record: str) -> int:
+        """Return the length of a record."""
+        return len(self.labels[record] if record in self.labels else self.prosody[record])
 
 
 def frame_labels(prosody: pd.DataFrame) -> dict[str, Labels]:
@@ -47,46 +43,53 @@ def frame_labels(prosody: pd.DataFrame) -> dict[str, Labels]:
     return labels
 
 
-def random_source(seed: int, *names: str) -> np.random.Generator:
-    """Return the random numbers that belong to ``names`` under the run's ``seed``."""
-    return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
-
-
-def heard(
-    labels: Mapping[str, Labels],
-    record: str,
-    frame_s: float,
-    drive: Drive = "own",
-    seed: int = 0,
-    shift_s: float = 0.0,
-) -> Speech:
-    """Return the speech that drives ``record``.
+def driving_frames(
+    lengths: Mapping[str, int], record: str, drive: Drive, frame_s: float, seed: int, shift_s: float
+) -> tuple[str, Integers, float]:
+    """Return which frames of which record drive ``record``: the driving record, its frames (T,), and the shift.
 
     Parameters
     ----------
-    labels : prosody label of every frame, (T,), of each record of the actor.
-    drive : ``own``; ``shuffled``: another record drawn at random, cut or wrapped round to length; ``shifted``: own
-        speech turned round by a random time, at least ``shift_s`` in either direction. What is drawn depends on
-        seed and record alone, so that the controls of all decoders hear the same.
+    lengths : length in frames of each record of the actor.
+    drive : ``own``; ``shuffled``: another record drawn at random, cut or repeated to length; ``shifted``: own speech,
+        shifted circularly by a random time of at least ``shift_s`` in either direction. What is drawn depends on
+        seed and record alone, so that the controls of all decoders listen to the same speech.
 
     Raises
     ------
-    UserError : where the record is too short for the shift, or alone.
+    UserError : where the record is too short for the shift, or is the actor's only one.
     """
-    own = labels[record]
+    own = lengths[record]
     if drive == "shuffled":
-        names = [name for name in labels if name != record]
+        names = [name for name in lengths if name != record]
         if not names:
             raise UserError(f"record {record}: its actor has no other record whose speech could drive it; add one")
         name = names[random_source(seed, record, drive).integers(len(names))]
-        return Speech(record, frame_s, np.resize(labels[name], len(own)), name, 0.0)
+        return name, np.resize(np.arange(lengths[name]), own), 0.0
     if drive == "shifted":
         least = round(shift_s / frame_s)
-        if len(own) < 2 * least:
+        if own < 2 * least:
             raise UserError(
-                f"record {record}: is {len(own) * frame_s:g} s long, too short to be shifted by {shift_s:g} s "
+                f"record {record}: its {own * frame_s:g} s are too short for a shift of {shift_s:g} s "
                 "in either direction; lower synthesis.shift_s"
             )
-        frames = int(random_source(seed, record, drive).integers(least, len(own) - least, endpoint=True))
-        return Speech(record, frame_s, np.roll(own, -frames), record, frames * frame_s)
-    return Speech(record, frame_s, own, record, 0.0)
+        frames = int(random_source(seed, record, drive).integers(least, own - least, endpoint=True))
+        return record, np.roll(np.arange(own), -frames), frames * frame_s
+    return record, np.arange(own), 0.0
+
+
+def driving_speech(
+    streams: Streams, record: str, frame_s: float, drive: Drive = "own", seed: int = 0, shift_s: float = 0.0
+) -> Speech:
+    """Return the speech that drives ``record``; see ``driving_frames``."""
+    names = streams.labels if streams.labels else streams.prosody
+    lengths = {name: streams.n_frames(name) for name in names}
+    name, frames, shift = driving_frames(lengths, record, drive, frame_s, seed, shift_s)
+    speech = Speech(record, frame_s, len(frames), driving_record=name, shift_s=shift)
+    if name in streams.labels:
+        speech = replace(speech, labels=streams.labels[name][frames])
+    if name in streams.prosody:
+        speech = replace(speech, prosody=streams.prosody[name].iloc[frames].reset_index(drop=True))
+    if name in streams.planted:
+        speech = replace(speech, planted=streams.planted[name][frames])
+    return speech

@@ -1,4 +1,4 @@
-"""What every script does around its one call: settings, outputs, the log, and one line on a mistake."""
+"""Common environment of all scripts: settings, reading and writing tables, logging, and one-line error messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-gc.disable()  # to look through what is imported for garbage, again and again, takes 0.1 s of every job
+gc.disable()  # repeated garbage collection during imports takes 0.1 s per job
 
 import pandas as pd  # noqa: E402
 
@@ -26,17 +26,17 @@ gc.enable()
 
 log = logging.getLogger("cospeech")
 
-Thing = TypeVar("Thing")
+Item = TypeVar("Item")
 
 
 def settings_hash(settings: dict[str, Any]) -> str:
-    """Return the hash of the settings that a rule was given; the code's own hash is no setting."""
-    given = {key: value for key, value in settings.items() if key != "code"}
-    return hashlib.sha256(json.dumps(given, sort_keys=True, default=str).encode()).hexdigest()[:16]
+    """Return the hash of the parameters of a rule, without the parameter ``code``, which is the hash of the code."""
+    relevant = {key: value for key, value in settings.items() if key != "code"}
+    return hashlib.sha256(json.dumps(relevant, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
 class Job:
-    """One running script: its inputs, outputs and settings under short names."""
+    """A running script: inputs, outputs and settings under short names."""
 
     def __init__(self, snakemake: Any) -> None:
         self.input = snakemake.input
@@ -48,40 +48,49 @@ class Job:
         self.config_hash = settings_hash(self.params)
 
     def read(self, path: str | Sequence[str], schema: str, columns: list[str] | None = None) -> pd.DataFrame:
-        """Read one table (see ``tables.read``), or several, one below the other."""
+        """Read one table (see ``tables.read``), or several tables and concatenate them."""
         if isinstance(path, str):
             return tables.read(path, schema, columns)
         return pd.concat([tables.read(one, schema, columns) for one in path], ignore_index=True)
 
+    def read_each(self, names: Sequence[str], paths: Sequence[str], schema: str) -> dict[str, pd.DataFrame]:
+        """Read one table per name from the corresponding path; the result is empty if there are no paths."""
+        return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
+
     def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
-        """Write one table, or several one below the other, with the origin of this job (see ``tables.write``)."""
+        """Write one table, or several concatenated, with the provenance of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
 
+    def warn(self, message: str) -> None:
+        """Write one line to the log of this job and to stderr."""
+        log.warning(f"WARNING {message}")
+        progress.write_line(f"cospeech: {message}")
+
     def say(self, message: str) -> None:
-        """Put one line into the log of this job."""
+        """Write one line to the log of this job."""
         log.info(message)
 
-    def followed(self, things: Sequence[Thing], unit: str) -> Iterator[Thing]:
-        """Yield ``things``, and tell a person who waits how many are done (see ``progress.followed``)."""
+    def followed(self, items: Sequence[Item], unit: str) -> Iterator[Item]:
+        """Yield ``items`` and report the progress in the log and on stderr (see ``progress.followed``)."""
         name = " ".join([self.rule, *self.wildcards])
 
-        def say(line: str) -> None:
+        def report(line: str) -> None:
             self.say(line)
-            if progress.SAID_BY_JOBS in os.environ:
-                progress.tell(f"  {name}: {line}")
+            if progress.JOB_PROGRESS_VARIABLE in os.environ:
+                progress.write_line(f"  {name}: {line}")
 
-        return progress.followed(things, unit, say)
+        return progress.followed(items, unit, report)
 
 
 @contextmanager
 def run(snakemake: Any) -> Iterator[Job]:
     """Run the body of a script as a ``Job``.
 
-    A UserError ends the process with its one line on stderr and in the log, and exit status 1; any other exception
-    leaves its traceback in the log, and one line on stderr says where.
+    A UserError ends the process with exit status 1 and a one-line message on stderr and in the log. Any other
+    exception also ends the process; its traceback is written to the log, and one line on stderr names the log file.
     """
-    gc.freeze()  # what was imported stays: to look through it again, and at the end, takes 0.3 s of a job
+    gc.freeze()  # imported modules are never freed; collecting them, now and at exit, takes 0.3 s per job
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(path, mode="w", encoding="utf-8")
@@ -105,6 +114,6 @@ def run(snakemake: Any) -> Iterator[Job]:
 def _stop(message: str) -> None:
     line = " ".join(message.split())
     log.error(f"ERROR {line}")
-    progress.tell(f"cospeech: {line}")
+    progress.write_line(f"cospeech: {line}")
     logging.shutdown()
     os._exit(1)

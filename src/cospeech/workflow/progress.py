@@ -1,4 +1,4 @@
-"""How far a long job is, for a person who waits."""
+"""Progress reports of long jobs."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
-SAID_BY_JOBS = "COSPEECH_PROGRESS"
-"""Set in the environment where jobs are to tell their progress on stderr, and not in their logs alone."""
+JOB_PROGRESS_VARIABLE = "COSPEECH_PROGRESS"
+"""Environment variable; if it is set, jobs report their progress on stderr and not only in their logs."""
 
-EVERY_S = 10.0
-"""Least time between two lines of one job."""
+INTERVAL_S = 10.0
+"""Minimum time between two progress reports of a job."""
 
-Thing = TypeVar("Thing")
+Item = TypeVar("Item")
 
 
-def tell(line: str) -> None:
-    """Write ``line`` with its end on stderr: nothing comes between the two, even where stderr keeps no buffer."""
+def write_line(line: str) -> None:
+    """Write ``line`` and its newline to stderr in one call, so that lines of threads never mix."""
     sys.stderr.write(f"{line}\n")
     sys.stderr.flush()
 
 
 def clock(seconds: float) -> str:
-    """Return a time as h:mm:ss."""
+    """Format a duration as h:mm:ss."""
     whole = round(seconds)
     return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
-def followed(things: Sequence[Thing], unit: str, say: Callable[[str], None]) -> Iterator[Thing]:
-    """Yield ``things``, and say every ``EVERY_S`` how many of them are done and how long the rest may take."""
-    begun_s = said_s = time.monotonic()
-    for done, thing in enumerate(things):
+def followed(items: Sequence[Item], unit: str, report: Callable[[str], None]) -> Iterator[Item]:
+    """Yield ``items``, and every ``INTERVAL_S`` report how many are done and the estimated time left."""
+    start_s = reported_s = time.monotonic()
+    for done, item in enumerate(items):
         now_s = time.monotonic()
-        if done and now_s - said_s >= EVERY_S:
-            said_s = now_s
-            left_s = (now_s - begun_s) / done * (len(things) - done)
-            say(f"{done} of {len(things)} {unit}, about {clock(left_s)} left")
-        yield thing
+        if done and now_s - reported_s >= INTERVAL_S:
+            reported_s = now_s
+            left_s = (now_s - start_s) / done * (len(items) - done)
+            report(f"{done} of {len(items)} {unit}, about {clock(left_s)} left")
+        yield item

@@ -1,4 +1,4 @@
-"""A lock that a killed process cannot leave behind: the kernel lets go of it when its holder dies."""
+"""Lock on the results of a run; the kernel releases it when the process ends, even if it is killed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def hold(path: Path) -> None:
 
     Raises
     ------
-    UserError : where another living process holds it.
+    UserError : if another process holds the lock.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle = path.open("w")

@@ -1,4 +1,4 @@
-"""How long a virtual corpus will take, told before it starts: from what there is to do, and what such jobs took."""
+"""Estimated run time of a virtual corpus, from the planned jobs and the measured time of such jobs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from cospeech.workflow.progress import clock
 
 START_S = 1.8
-"""Seconds to start a job, to read its tables and to write them, on the two slow cores where all this was measured."""
+"""Seconds to start a job and to read and write its tables. All times here were measured on two slow cores."""
 
 PICTURE_S = {
     "studio_film": 5.2e-3,
@@ -19,35 +19,35 @@ PICTURE_S = {
     "track_other": 2.4e-3,
     "laser": 1.8e-3,
 }
-"""Seconds for one picture of ``PICTURE_PX``, drawn and encoded, or decoded and measured."""
+"""Seconds per picture of ``PICTURE_PX`` pixels, rendered and encoded, or decoded and tracked."""
 
 PICTURE_PX = 696 * 520
 PICTURE_BYTES = 9_800
 
 TAKE_S = {"studio_range": 24.0, "studio_laser": 35.0, "laser": 35.0}
-"""Length of the takes that are no records."""
+"""Duration of the takes that are not records."""
 
-OWN_S = {"comparison": 0.33, "skeleton": 0.02}
-"""Seconds for one second of a record, or of its video."""
+RECORD_S = {"comparison": 0.33, "skeleton": 0.02}
+"""Seconds per second of a record, or of its video."""
 
-LEARNING_S = {
+TRAINING_S = {
     "sweep_settings": 0.0013,
     "prosody_clusters": 0.001,
     "gesture_fold": 0.005,
     "gesture_model": 0.005,
     "true_angles": 0.015,
 }
-"""Seconds for one second of all records of an actor, that of the sweep at each setting."""
+"""Seconds per second of all records of an actor; for the sweep, per setting."""
 
 
 def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int, n_settings: int) -> float:
-    """Return the seconds of all jobs, one after another.
+    """Return the total time of all jobs in seconds, if run one after another.
 
     Parameters
     ----------
     planned : number of jobs of each rule.
     config : the configuration of a virtual corpus.
-    n_views, n_settings : cameras of the rig, and settings of the sweep beside the main one.
+    n_views, n_settings : number of cameras, and of settings of the sweep in addition to the main one.
     """
     actors = config["studio"]["actors"]
     n_records = sum(actor["records"] for actor in actors)
@@ -57,23 +57,23 @@ def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int,
     longest_s = config["animation"]["video"]["longest_s"] or math.inf
     total_s = 0.0
     for rule, number in planned.items():
-        own_s = min(record_s, longest_s) if rule == "comparison" else record_s
-        each_s = START_S + OWN_S.get(rule, 0.0) * own_s
+        shown_s = min(record_s, longest_s) if rule == "comparison" else record_s
+        each_s = START_S + RECORD_S.get(rule, 0.0) * shown_s
         each_s += PICTURE_S.get(rule, 0.0) * TAKE_S.get(rule, record_s) * pictures
-        each_s += LEARNING_S.get(rule, 0.0) * actor_s * (n_settings if rule == "sweep_settings" else 1)
+        each_s += TRAINING_S.get(rule, 0.0) * actor_s * (n_settings if rule == "sweep_settings" else 1)
         total_s += number * each_s
     return total_s
 
 
 def line(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int, n_settings: int, cores: int) -> str:
-    """Return what a person wants to know before a run starts: jobs, time, room for films."""
-    last_s = seconds(planned, config, n_views, n_settings) / cores
-    told = f"{sum(planned.values())} jobs, about {clock(last_s)} (h:mm:ss) on {cores} cores"
+    """Return one line about a planned run: number of jobs, estimated time, and disk space for films."""
+    run_s = seconds(planned, config, n_views, n_settings) / cores
+    summary = f"{sum(planned.values())} jobs, about {clock(run_s)} (h:mm:ss) on {cores} cores"
     filmed_s = sum(actor["records"] * actor["duration_s"] for actor in config["studio"]["actors"])
     size = PICTURE_BYTES * filmed_s * config["studio"]["motion_fps"] * n_views * _size(config)
-    return f"{told}; {size / 1e9:.1f} GB of film" if planned.get("studio_film") else told
+    return f"{summary}; {size / 1e9:.1f} GB of film" if planned.get("studio_film") else summary
 
 
 def _size(config: Mapping[str, Any]) -> float:
-    """Return the area of a picture in pictures of ``PICTURE_PX``; all have the same sides' ratio."""
+    """Return the area of a picture relative to ``PICTURE_PX``; all pictures have the same aspect ratio."""
     return (config["studio"]["camera_width_px"] / 696) ** 2

@@ -1,4 +1,4 @@
-"""Read every artifact of a run again: page checksums, schema, ranges."""
+"""Verification of all tables of a run: page checksums, schema, ranges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cospeech.errors import UserError
 
 
 def problems(folder: Path) -> list[str]:
-    """Return one line for each damaged Parquet file below ``folder``, sorted by path."""
+    """Return one message per damaged Parquet file below ``folder``, sorted by path."""
     found = []
     for path in sorted(folder.rglob("*.parquet")):
         try:
@@ -18,5 +18,5 @@ def problems(folder: Path) -> list[str]:
         except UserError as error:
             found.append(str(error))
         except KeyError:
-            found.append(f"{path}: names the unknown schema '{name}'; delete it and run again to make it anew")
+            found.append(f"{path}: has the unknown schema '{name}'; delete it and run again")
     return found

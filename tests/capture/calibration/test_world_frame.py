@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 from cospeech.capture.calibration import world_frame
 from cospeech.errors import UserError
 from cospeech.geometry.camera import project
+from cospeech.geometry.rigid import Similarity
 
-AWAY = world_frame.Similarity(0.4, Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix(), np.array([0.2, 1.5, -0.7]))
+AWAY = Similarity(0.4, Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix(), np.array([0.2, 1.5, -0.7]))
 
 
 @pytest.fixture

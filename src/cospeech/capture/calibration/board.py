@@ -20,6 +20,7 @@ from cospeech.capture.calibration import bundle_adjustment, robust_bundle, world
 from cospeech.data.arrays import Flags, Floats, Plane
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
+from cospeech.geometry.rigid import Similarity
 from cospeech.geometry.rotation import angles_deg, from_vectors, to_vectors
 
 INCH_M = 0.0254
@@ -121,7 +122,7 @@ def observations(board: Board, table: pd.DataFrame, names: Sequence[str]) -> Flo
 
 def to_world(
     board: Board, cameras: Sequence[Camera], corners_m: Floats, facts: Sequence[Mapping[str, int]]
-) -> world_frame.Similarity:
+) -> Similarity:
     """Return the similarity to the world frame in which the board lies face up at the origin.
 
     Its columns run to the left (x) and its rows ahead (z).

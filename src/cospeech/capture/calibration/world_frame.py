@@ -6,7 +6,6 @@ Cameras and points are mapped from one frame to another by a similarity: a point
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
-from cospeech.geometry.rotation import to_vectors
+from cospeech.geometry.rigid import Similarity, fit_similarity
 
 Facts = Sequence[Mapping[str, Any]]
 
@@ -29,28 +28,6 @@ MOST_FRAMES = 0.9
 """A spot is at rest if it stays within ``STILL_M`` of its median position in this fraction of its frames."""
 MISFIT_M = 0.03
 """Largest distance of an estimated position from its stated one; beyond it, the fact is taken to be wrong."""
-
-
-@dataclass(frozen=True)
-class Similarity:
-    """A similarity: scale s, rotation Q (3, 3) and translation b (3,)."""
-
-    scale: float
-    rotation: Floats
-    translation: Floats
-
-    def points(self, points: Floats) -> Floats:
-        """Return points (..., 3) in the new frame."""
-        return self.scale * points @ self.rotation.T + self.translation
-
-    def cameras(self, cameras: Sequence[Camera]) -> list[Camera]:
-        """Return the cameras in the new frame; their images do not change."""
-        moved = []
-        for camera in cameras:
-            rotation = camera.rotation @ self.rotation.T
-            turn, shift = to_vectors(rotation), -rotation @ self.points(camera.place_m)
-            moved.append(replace(camera, turn=tuple(turn.tolist()), shift_m=tuple(shift.tolist())))
-        return moved
 
 
 def from_facts(cameras: Sequence[Camera], facts: Facts, points: Floats, frames: Integers) -> Similarity:
@@ -149,25 +126,18 @@ def from_touched_points(facts: Facts, points: Floats, frames: Integers) -> Simil
 def fit(found: Floats, wanted: Floats) -> Similarity:
     """Return the least-squares similarity from ``found`` (n, 3) to ``wanted`` (n, 3).
 
-    S. Umeyama, Least-squares estimation of transformation parameters between two point patterns, PAMI 1991.
-
     Raises
     ------
     UserError : if there are fewer than three points, or all lie on a line.
     """
     if len(wanted) < 3:
         raise UserError(f"calibration: {len(wanted)} positions are stated, but the axes need at least three")
-    a, b = found - found.mean(axis=0), wanted - wanted.mean(axis=0)
-    spread = np.linalg.svd(b, compute_uv=False)
+    spread = np.linalg.svd(wanted - wanted.mean(axis=0), compute_uv=False)
     if spread[1] < LEAST_WIDTH * spread[0]:
         raise UserError(
             "calibration: the stated positions lie on a line, which leaves the rotation about it open; state another"
         )
-    u, s, vt = np.linalg.svd(b.T @ a)
-    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    rotation = (u * signs) @ vt
-    scale = float((s * signs).sum() / (a**2).sum())
-    return Similarity(scale, rotation, wanted.mean(axis=0) - scale * rotation @ found.mean(axis=0))
+    return fit_similarity(found, wanted)
 
 
 def _fit(found: Floats, facts: Facts, named: Sequence[str]) -> Similarity:

@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cospeech.capture.fitting.joint_centres import align, shoulder_centre
+from cospeech.capture.fitting.joint_centres import shoulder_centre
 from cospeech.capture.fitting.static_pose import static_pose
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
+from cospeech.geometry.rigid import align
 from cospeech.motion import markers, skeleton
 
 FREE, BALL, HINGE_X, HINGE_Z, UPRIGHT = range(5)

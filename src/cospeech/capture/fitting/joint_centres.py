@@ -32,26 +32,6 @@ class Sphere(NamedTuple):
     error_m: float
 
 
-def align(template_m: Floats, places_m: Floats) -> tuple[Floats, Floats]:
-    """Return rotations (T, 3, 3) and translations (T, 3) that map a rigid template (M, 3) to positions (T, M, 3).
-
-    Least squares over the markers seen in each frame; NaN if fewer than three are seen (Kabsch 1976).
-    """
-    seen = ~np.any(np.isnan(places_m), axis=2)
-    weight = seen[:, :, None] / np.maximum(seen.sum(axis=1), 1)[:, None, None]
-    places = np.where(seen[:, :, None], places_m, 0.0)
-    middle, template_middle = (weight * places).sum(axis=1), (weight * template_m).sum(axis=1)
-    centred = weight * (template_m - template_middle[:, None])
-    u, _, vt = np.linalg.svd(np.einsum("tmi,tmj->tij", centred, places - middle[:, None]))
-    handed = np.linalg.det(u @ vt)
-    u[:, :, 2] *= np.sign(handed)[:, None]
-    rotations = np.swapaxes(u @ vt, 1, 2)
-    shifts = middle - np.einsum("tij,tj->ti", rotations, template_middle)
-    few = seen.sum(axis=1) < 3
-    rotations[few], shifts[few] = np.nan, np.nan
-    return rotations, shifts
-
-
 def to_local(rotations: Floats, shifts_m: Floats, places_m: Floats) -> Floats:
     """Return world positions (T, 3) in the moving frame given by rotations (T, 3, 3) and translations (T, 3)."""
     return np.einsum("tji,tj->ti", rotations, places_m - shifts_m)

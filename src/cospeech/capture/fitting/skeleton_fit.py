@@ -18,9 +18,9 @@ from cospeech.capture.fitting.body_model import NAMES, THORAX, BodyModel, body_m
 from cospeech.capture.fitting.elbows import refine_elbows
 from cospeech.capture.fitting.gaps import bridge_gaps
 from cospeech.capture.fitting.inverse_kinematics import Poses, solve
-from cospeech.capture.fitting.joint_centres import align
 from cospeech.capture.fitting.observability import observability
 from cospeech.data import trajectories
+from cospeech.geometry.rigid import align
 from cospeech.motion import markers, skeleton
 
 

@@ -23,7 +23,7 @@ CARRIED_SD_M = 5e-3
 """Standard deviation of a hidden marker predicted from the others of its body part, which is not perfectly rigid."""
 
 JERK = 25.0
-"""Spectral density of the jerk of a gesturing hand, see ``kalman.transition``."""
+"""Spectral density of the jerk of a gesturing hand, see ``kalman.motion_model``."""
 
 
 STATUSES = ("lost", "predicted", "seen", "corrected")

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cospeech.capture.fitting.joint_centres import align
 from cospeech.data.arrays import Floats
+from cospeech.geometry.rigid import align
 from cospeech.motion.markers import MARKERS
 
 FEWEST = 3

@@ -213,7 +213,7 @@ class RobustTracker:
         names = sorted(unmixers)
         self.colour = np.array([names.index(marker.colour) for marker in MARKERS])
         self.reference = np.tile(UNKNOWN, (len(names), len(cameras), 1))
-        self.transition, self.noise = kalman.transition(1.0 / fps, JERK)
+        self.transition, self.noise = kalman.motion_model(1.0 / fps, JERK)
         self.states = np.zeros((len(MARKERS), 3, 3))
         self.states[:, 0] = first_m
         self.covariances = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))

@@ -1,0 +1,1 @@
+"""The subcommands of ``cospeech``: one module for each, or for several that share their options."""

@@ -1,0 +1,54 @@
+# Which systems run, which of them are animated and shown, and where their artifacts lie.
+
+SYNTHESIS = config["synthesis"]
+ANIMATION = config["animation"]
+SHARED_SETTINGS = {key: value for key, value in SYNTHESIS.items() if key != "systems"}
+OWN_SETTINGS = {name: value for name, value in SYNTHESIS["systems"].items() if value}
+
+# Not a system: the record's own motion, labelled like that of the systems. It is the best that a system can reach where
+# it is judged by its motion.
+ORIGINAL = "original"
+
+
+def variant_of(system, setting=MAIN):
+    """The variant of a system at one setting of the prosody clusters; 'main' where it does not listen to these."""
+    listens = system != ORIGINAL and "prosody_labels" in SYSTEMS[system].needs
+    return setting.variant if listens else "main"
+
+
+def made_by(system, name, setting=MAIN):
+    """The path of one artifact of a system."""
+    return f"{RESULTS}/synthesis/{system}/{variant_of(system, setting)}/{{record}}/{name}"
+
+
+def makers(systems, output):
+    """The systems among these that make phrases, or motion."""
+    return [system for system in systems if SYSTEMS[system].makes == output]
+
+
+def shown_phrases(system):
+    """The table of the phrases that pictures of a system's motion show."""
+    return "phrases.parquet" if SYSTEMS[system].makes == "phrases" else "phrases_seen.parquet"
+
+
+# Systems of cospeech itself are so small that they share a process for each record. One that another package brings
+# runs in a process of its own, with its controls under wrong speech, so that it cannot harm the others.
+TOGETHER = [name for name in SYSTEMS if not CHOSEN.apart(name)]
+APART = [name for name, system in SYSTEMS.items() if CHOSEN.apart(name) and system.drive == "own"]
+SWEPT = [name for name in TOGETHER if SYSTEMS[name].swept and SYSTEMS[name].drive == "own"]
+
+# The systems that are animated: those of the configuration, and all that make motion.
+ANIMATED = [name for name in SYSTEMS if name in ANIMATION["systems"] or SYSTEMS[name].makes == "motion"]
+ANIMATED_TOGETHER = [name for name in ANIMATED if not CHOSEN.apart(name)]
+ANIMATED_APART = [name for name in ANIMATED if CHOSEN.apart(name)]
+
+# What a video shows next to the original: the systems that the configuration names, and a control. Where one picture
+# is enough, the first of them.
+SHOWN_TOGETHER = ANIMATION["video"]["shown"]
+SHOWN_TOGETHER = [SHOWN_TOGETHER] if isinstance(SHOWN_TOGETHER, str) else SHOWN_TOGETHER
+SHOWN = SHOWN_TOGETHER[0]
+BASELINE = next(name for name in ANIMATED if SYSTEMS[name].role == "control" and SYSTEMS[name].drive == "own")
+COMPARED = [*SHOWN_TOGETHER, BASELINE]
+
+# The systems whose phrases pictures show: the first one, what is animated, and the strictest control of what is shown.
+PICTURED = list(dict.fromkeys([next(iter(SYSTEMS)), *ANIMATED, *SYSTEMS[SHOWN].controls[-1:]]))
