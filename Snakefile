@@ -12,6 +12,9 @@ from snakemake.utils import min_version
 from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
+from cospeech.workflow import records as record_list
+from cospeech.workflow import sweep as settings
+from cospeech.workflow import takes as capture_takes
 from cospeech.errors import UserError
 from cospeech.data.vocabulary import prosody_labels
 from cospeech.synthesis.registry import registered
@@ -35,25 +38,25 @@ try:
     ordered = configuration.in_order(config)
     config.clear()
     config.update(ordered)
-    RECORDS = configuration.records(config, RESULTS)
-    BRINGS = configuration.brings(RECORDS)
-    TAKES = configuration.takes(config, RECORDS, RESULTS)
+    RECORDS = record_list.records(config, RESULTS)
+    BRINGS = record_list.brings(RECORDS)
+    TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
     configuration.check_systems(config, CHOSEN.systems, BRINGS)
-    TRANSPLANTS = configuration.transplants(config, RECORDS)
-    OWN_TAKE = configuration.calibration_films(config)
+    TRANSPLANTS = record_list.transplants(config, RECORDS)
+    OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
 # The takes that come as films, one of each camera of the rig.
-FILMED = [take for take, files in TAKES.items() if not configuration.is_marker_file(files[0])]
+FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
 # The records whose joint angles come from markers or films.
 CAPTURED = [record for record in RECORDS if record in TAKES]
-VIEWS = list(configuration.STUDIO_VIEWS) if VIRTUAL and FILMED else []
+VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
-MAIN = configuration.main_setting(config)
-SWEEP = configuration.sweep_settings(config)
+MAIN = settings.main_setting(config)
+SWEEP = settings.sweep_settings(config)
 SYSTEMS = CHOSEN.systems
 
 
@@ -62,7 +65,7 @@ def one_of(names):
 
     Snakemake searches a constraint anew for every path, and a long list of names takes long.
     """
-    return "|".join(names) if len(names) <= 100 else configuration.NAME
+    return "|".join(names) if len(names) <= 100 else record_list.NAME
 
 
 wildcard_constraints:
@@ -112,7 +115,7 @@ rule all:
 
 rule sweep:
     input:
-        expand(f"{REPORTS}/figures/{{figure}}.svg", figure=["fig-7.2a", "fig-7.2b"]),
+        [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures],
 
 
 rule annotate:

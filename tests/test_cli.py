@@ -106,7 +106,7 @@ def test_a_folder_that_is_not_writable_is_refused(snakemake, capsys, monkeypatch
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     assert exit_of("report") == 1
     assert f"cospeech: {tmp_path}: this folder is not writable" in capsys.readouterr().err
-    assert exit_of("report", "--", "--directory", "/elsewhere") == 0
+    assert exit_of("report", "--", "--directory=/elsewhere") == 0
     assert len(snakemake) == 1
 
 

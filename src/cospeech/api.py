@@ -40,7 +40,8 @@ from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Session, Trained, fault, method_of
 from cospeech.synthesis.training import Actor, fold
-from cospeech.workflow import config, model_folder
+from cospeech.workflow import config, model_folder, sweep
+from cospeech.workflow import records as record_list
 
 BUNDLED = Path(__file__).parent / "bundled_model"
 """The model of a virtual actor that comes with the package."""
@@ -117,7 +118,7 @@ def load_record(
     (240, 12)
     """
     used = settings or default_settings()
-    given = dict.fromkeys(config.RECORD_FIELDS) | {"record": name, "actor": name, "audio": str(audio)}
+    given = dict.fromkeys(record_list.RECORD_FIELDS) | {"record": name, "actor": name, "audio": str(audio)}
     how = MotionConventions(**(conventions or used["corpus"]["motion"]))
     taken = intake.read_record(
         given | {"motion": str(motion)},
@@ -204,7 +205,7 @@ def train(
     gestures_model = gesture.train(motions, annotations, how).model
     found = [gesture.phrases(gestures_model, name, motion, annotations) for name, motion in motions.items()]
     gestures = pd.concat(found, ignore_index=True)
-    setting, frame_s = config.main_setting(dict(used)), used["speech"]["frame_s"]
+    setting, frame_s = sweep.main_setting(dict(used)), used["speech"]["frame_s"]
     tables = {record.name: record.prosody for record in records}
     clusters = clustering.train(list(tables.values()), *setting, used["phrases"]["prosody"], used["seed"])
     clustered = clustering.phrases(clusters.model, tables, frame_s)

@@ -1,4 +1,4 @@
-"""Artifacts are whole or absent, say what they are, and a flipped bit does not pass."""
+"""Tables are complete or absent, describe themselves, and a flipped bit is noticed."""
 
 import errno
 import os
@@ -48,7 +48,7 @@ def test_round_trip_keeps_values_nulls_and_origin(tmp_path):
     assert tables.read_metadata(tmp_path / "r.parquet") == {
         "schema": "records", "schema_version": "1", "corpus": "virtual", "config_hash": "0" * 16,
     }  # fmt: skip
-    # Null in the file, not a NaN that another program takes for a number.
+    # A null in the file, not a NaN that other programs take for a number.
     assert pq.read_table(tmp_path / "r.parquet")["audio_rate_hz"].null_count == 1
 
 
@@ -72,7 +72,7 @@ def test_same_table_same_bytes(tmp_path):
         (lambda t: t.assign(start_s=[0.0, 0.0]), "row 1 repeats the key"),
     ],
 )
-def test_what_a_schema_forbids_is_refused_and_nothing_written(tmp_path, change, complaint):
+def test_violations_of_a_schema_are_rejected_and_nothing_is_written(tmp_path, change, complaint):
     path = tmp_path / "t.parquet"
     with pytest.raises(UserError, match=complaint) as caught:
         write(change(ANNOTATIONS), path)
@@ -99,11 +99,11 @@ def test_every_flipped_byte_is_noticed(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, 3, 200])
-def test_truncated_files_and_strangers_are_named(tmp_path, size):
+def test_truncated_and_foreign_files_are_named(tmp_path, size):
     path = tmp_path / "t.parquet"
     write(ANNOTATIONS, path)
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(UserError, match=r"t\.parquet: damaged or no Parquet file"):
+    with pytest.raises(UserError, match=r"t\.parquet: damaged or not a Parquet file"):
         tables.read(path, "annotations")
 
 
@@ -134,7 +134,7 @@ def test_verify_lists_what_is_damaged(tmp_path):
     assert "bad.parquet" in found[0]
 
 
-def test_a_death_while_writing_leaves_the_old_file(tmp_path):
+def test_a_process_that_dies_while_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "t.txt"
     path.write_text("old")
     program = (

@@ -12,11 +12,11 @@ SETTINGS = Bootstrap(samples=400, level=0.95, seed=1)
 RECORDS = ("ada_1", "ada_2", "ada_3", "ada_4")
 
 
-def records(measure, values, system="hsmm_weighted", bin_s=np.nan, states=3):
+def records(measure, values, system="hsmm_weighted", bin_s=np.nan, variant="clusters~8,states~3"):
     return pd.DataFrame(
         [
             {
-                "system": system, "clusters": 8, "states": states, "actor": "ada", "record": record,
+                "system": system, "variant": variant, "actor": "ada", "record": record, "phrases": "planned",
                 "measure": measure, "part": "whole", "bin_s": bin_s, "value": value, "duration_s": 60.0,
             }
             for record, value in zip(RECORDS, values, strict=True)
@@ -34,7 +34,7 @@ def test_differences_are_relative_and_for_one_system_and_setting():
     found = effect(
         [
             records("S", [0.6, 0.7, 0.6, 0.62], bin_s=0.5), records("kappa", [0.2] * 4), records("D", [0.9] * 4),
-            records("D", [0.5] * 4, system="random"), records("D", [0.4] * 4, states=5),
+            records("D", [0.5] * 4, system="random"), records("D", [0.4] * 4, variant="clusters~8,states~5"),
         ],
         [records("D", [1.0] * 4), records("S", [0.6] * 4, bin_s=0.5), records("kappa", [0.0] * 4)],
     )  # fmt: skip

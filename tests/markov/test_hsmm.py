@@ -1,4 +1,4 @@
-"""The semi-Markov model against the sum and the maximum over all paths, and against models that were planted."""
+"""The HSMM against the sum and the maximum over all paths, and against planted models."""
 
 import dataclasses
 import itertools
@@ -95,7 +95,7 @@ def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
         observed = np.array(model.symbols, dtype=object)[codes]
         every = {path: probability(model, path, codes, weight, censoring) for path in all_paths(model, n_frames)}
         total = sum(every.values())
-        if total == 0:  # the zeros left no way through these frames
+        if total == 0:  # because of the zeros, no path covers these frames
             with pytest.raises(ValueError, match="no path"):
                 hsmm.decode(model, observed, weight, censoring)
             assert hsmm.log_likelihood(model, observed, weight, censoring) == -np.inf
@@ -169,7 +169,7 @@ def test_a_long_path_is_worth_what_its_tables_say(tmp_path):
 
 
 def score_by_rows(model_tables, phrases, observed, weight, censoring):
-    """The score of a path, looked up row by row as somebody with nothing but the files would do it."""
+    """The score of a path, looked up row by row in the tables."""
     look = {
         "initial": model_tables["initial"].set_index("gesture")["probability"].to_dict(),
         "transitions": model_tables["transitions"].set_index(["from_gesture", "to_gesture"])["probability"].to_dict(),
@@ -215,13 +215,13 @@ def test_no_path_scores_more_than_the_best_and_all_cover_the_sequence(seed, n_fr
 
 
 def log_sum(terms):
-    """log sum exp, minus infinity where there is nothing to sum."""
+    """Log-sum-exp, minus infinity if there is nothing to sum."""
     largest = max(terms)
     return largest if largest == -math.inf else largest + math.log(math.fsum(math.exp(x - largest) for x in terms))
 
 
 def ending_in_logarithms(model, codes):
-    """The forward recursion of an explicit-duration model as textbooks write it, all of it in logarithms."""
+    """The forward recursion of an explicit-duration model in logarithms, as in textbooks."""
     with np.errstate(divide="ignore"):
         initial, transitions, emissions, durations = (
             np.log(p) for p in (model.initial, model.transitions, model.emissions, model.durations)
@@ -246,10 +246,10 @@ def ending_in_logarithms(model, codes):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
+def test_sums_are_exact_for_emissions_that_differ_by_hundreds_of_orders(seed):
     # States that agree with the symbols for a while and then not at all: sums rise and fall by exp(1000) and more
-    # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again; few durations are
-    # possible, so that what was lost in the scaling would be missed.
+    # within one duration, so that the scaled sums of the kernel overflow, underflow and start again. As few durations
+    # are possible, any loss in the scaling would be noticed.
     rng = np.random.default_rng(seed)
     model = random_model(rng, 3, 3, 60)
     sharp = np.full((3, 3), 1e-15) + np.eye(3)
@@ -267,7 +267,7 @@ def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
     assert total == pytest.approx(log_sum(expected[-1]), rel=1e-12)
 
 
-def test_equal_paths_are_told_apart_by_a_fixed_rule():
+def test_ties_are_broken_by_a_fixed_rule():
     model = hsmm.HSMM(
         states=("b", "a"),
         symbols=("p1",),
@@ -310,7 +310,7 @@ def test_the_counts_of_a_short_sequence_by_hand():
     observed = ["p1"] * 4 + ["p2"] * 11
     counts = hsmm.count(phrases, observed, ("left", "rest", "right"), ("p1", "p2", "p3"), 4)
     model = hsmm.estimate(counts, floor=0.0)
-    assert model.states == ("left", "rest")  # nothing was seen of right
+    assert model.states == ("left", "rest")  # right does not occur
     np.testing.assert_allclose(model.initial, [0, 1])
     np.testing.assert_allclose(model.transitions, [[0, 1], [1 / 2, 1 / 2]])
     np.testing.assert_allclose(model.emissions, [[1 / 3, 2 / 3, 0], [3 / 12, 9 / 12, 0]])
@@ -324,7 +324,7 @@ def test_the_floor_is_the_least_share_before_the_scaling_and_the_sums_stay_one()
     model = hsmm.estimate(counts, floor=0.01)
     np.testing.assert_allclose(model.durations[0], np.array([0.01, 1, 0.01, 0.01, 0.01]) / 1.04)
     np.testing.assert_allclose(model.emissions[0], np.array([1, 0.01]) / 1.01)
-    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: anything may follow
+    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: any state may follow
     assert hsmm.to_tables(model, FRAME_S, 0.01)["initial"]["floor"].tolist() == [0.01, 0.01]
 
 
@@ -341,7 +341,7 @@ def test_smoothing_spreads_durations_and_keeps_their_mass():
 
 def test_planted_parameters_are_recovered_within_sampling_error():
     # Pearson's statistic of each multinomial against the planted probabilities, over the cells expected at least 5
-    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 in 1000 rows would not by chance.
+    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 row in 1000 is outside by chance.
     rng = np.random.default_rng(11)
     planted = random_model(rng, 4, 5, 30)
     records = []
@@ -377,7 +377,7 @@ def test_planted_parameters_are_recovered_within_sampling_error():
             assert statistic < quantile, (name, row, statistic, quantile)
 
 
-# ---------------------------------------------------------------- what cannot be
+# ---------------------------------------------------------------- invalid input
 
 
 def test_wrong_input_is_named():
@@ -410,7 +410,7 @@ def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
 @pytest.mark.parametrize("n_bins", [5, 41, 120])
 @pytest.mark.parametrize("censoring", ["none", "right"])
 def test_long_sequences_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
-    # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
+    # Longer than the window of frames whose scores are kept, with sparse durations.
     rng = np.random.default_rng(21)
     n_frames = 2 * hsmm_kernels.SPAN + 77
     model = random_model(rng, 3, 4, n_bins, zeros=True)

@@ -2,10 +2,10 @@
 
 CALIBRATION = config["capture"]["calibration"]
 METHOD = CALIBRATION["method"]
-CALIBRATED = FILMED or configuration.calibrates(config)
+CALIBRATED = FILMED or capture_takes.calibrates(config)
 # The films of the take by camera: one's own, else the studio's; none where the calibration is given.
 TAKE_FILMS = OWN_TAKE
-if CALIBRATED and not configuration.calibrates(config):
+if CALIBRATED and not capture_takes.calibrates(config):
     TAKE_FILMS = {view: f"{RESULTS}/corpus/raw/laser/{view}.mkv" for view in VIEWS}
 CALIBRATION_OUTPUTS = []
 

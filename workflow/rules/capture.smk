@@ -44,7 +44,7 @@ if FILMED:
         wildcard_constraints:
             take="|".join(FILMED),
         params:
-            given_s=lambda wildcards: configuration.offsets_s(config, wildcards.take),
+            given_s=lambda wildcards: capture_takes.offsets_s(config, wildcards.take),
         message:
             "how far the films of {wildcards.take} are out of step"
         script:

@@ -24,7 +24,7 @@ def files_of(wildcards):
     name, record = wildcards.record, RECORDS[wildcards.record]
     if VIRTUAL and "prosody" in BRINGS:
         return {"features": f"{RESULTS}/corpus/raw/{record['actor']}"}
-    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+    files = {kind: record[kind] for kind in record_list.FILE_FIELDS if record[kind] and kind != "annotations"}
     if name in TAKES:
         files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
     if name in FILMED and "audio" in files and not VIRTUAL:

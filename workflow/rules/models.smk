@@ -81,7 +81,7 @@ if BRINGS >= {"motion", "audio"}:
             folder=directory(f"{RESULTS}/models/{{system}}/{{variant}}/{{trained}}"),
         wildcard_constraints:
             variant="|".join(VARIANTS),
-            trained=f"(fold~)?{configuration.NAME}",
+            trained=f"(fold~)?{record_list.NAME}",
         params:
             actor=lambda wildcards: trained_on(wildcards)[0],
             records=lambda wildcards: trained_on(wildcards)[1],

@@ -113,7 +113,7 @@ def _cores(text: str) -> str:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the workflow as the command line says and return the exit status."""
-    elsewhere = {"--directory", "-d"} & set(arguments.snakemake)
+    elsewhere = any(argument.partition("=")[0] in ("--directory", "-d") for argument in arguments.snakemake)
     if not elsewhere and not os.access(Path.cwd(), os.W_OK):
         raise UserError(f"{Path.cwd()}: this folder is not writable; run the command where results may be written")
     options = []
@@ -165,7 +165,8 @@ def _snakemake(arguments: list[str]) -> int:
         interrupted = True
         signal.default_int_handler(number, frame)
 
-    signal.signal(signal.SIGINT, interrupt)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not where a shell made it ignored
+        signal.signal(signal.SIGINT, interrupt)
     from snakemake.cli import main
 
     try:

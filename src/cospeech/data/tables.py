@@ -1,8 +1,8 @@
-"""Read, validate and write one artifact: a Parquet file that obeys its schema in ``data_schema/``.
+"""Read, validate and write tables: Parquet files that follow a schema in ``data_schema/``.
 
-Every file carries the name and version of its schema, the corpus it speaks about and the hash of the settings
-that made it. Pages are checksummed when written and verified when read, and a file appears under its name only
-when it is whole.
+The metadata of a file give its schema and version, the corpus, and the hash of the settings that it was made with.
+Checksums are written with the content and verified when it is read. Files are written atomically: a file is complete
+or does not exist.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ARROW_TYPES = {
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a schema: its type, unit, meaning and the values it may take."""
+    """One column of a schema: type, unit, meaning and permitted values."""
 
     name: str
     type: str
@@ -52,10 +52,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Schema:
-    """The contract of one table.
+    """The schema of one kind of table.
 
-    ``pattern`` is a regular expression with its own column description: columns that match it may follow the
-    named ones (the joint angles of a motion table). ``key`` names the columns that identify a row.
+    Attributes
+    ----------
+    columns : the columns that every table has.
+    key : names of the columns that identify a row.
+    pattern : describes further columns whose names match its own name, a regular expression, such as the joint
+        angles of a motion table.
     """
 
     name: str
@@ -66,7 +70,7 @@ class Schema:
     pattern: Column | None = None
 
     def column(self, name: str) -> Column | None:
-        """Return the description of column ``name``, or None where the schema does not know it."""
+        """Return the description of column ``name``, or None if the schema has no such column."""
         for column in self.columns:
             if column.name == name:
                 return column
@@ -112,7 +116,7 @@ def _column(name: str, raw: dict[str, Any]) -> Column:
 
 
 def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
-    """Raise UserError at the first thing in ``frame`` that the schema forbids; ``where`` names its origin."""
+    """Raise UserError at the first violation of the schema in ``frame``; ``where`` is the origin for the message."""
     table = schema(schema_name)
     for column in table.columns:
         if column.name not in frame.columns:
@@ -133,7 +137,7 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
 
 
 def _check_values(values: pd.Series, column: Column, where: str) -> None:
-    missing = np.asarray(values.array.isna())  # most tables are small: the Series around it would cost more
+    missing = np.asarray(values.array.isna())  # cheaper than by way of a Series, and most tables are small
     if missing.any() and not column.nullable:
         raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
     present = values[~missing] if missing.any() else values
@@ -162,19 +166,19 @@ def _check_values(values: pd.Series, column: Column, where: str) -> None:
 
 
 def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: str, config_hash: str) -> None:
-    """Validate ``frame`` and write it to ``path``, all or nothing.
+    """Validate ``frame`` and write it to ``path`` atomically.
 
     Parameters
     ----------
-    frame : the table; columns are put in the order of the schema.
-    path : where the artifact appears once it is whole.
+    frame : the table; its columns are written in the order of the schema.
+    path : file to write.
     schema_name : name of the schema in ``data_schema/``.
-    corpus : ``virtual`` for the studio, else the name of the recorded corpus.
-    config_hash : hash of the settings that made the table.
+    corpus : ``virtual`` for the studio, otherwise the name of the recorded corpus.
+    config_hash : hash of the settings that the table was made with.
 
     Raises
     ------
-    UserError : where the frame breaks its schema, or the disk is full.
+    UserError : if the table violates its schema, or the disk is full.
     """
     validate(frame, schema_name, str(path))
     table = schema(schema_name)
@@ -196,23 +200,23 @@ def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: st
 
 @functools.cache
 def _field(table: Schema, name: str) -> pa.Field:
-    """Return a column of the schema as Arrow describes it, its unit included."""
+    """Return the Arrow field of a column, with its unit as metadata."""
     column = table.column(name)
-    assert column is not None  # validate() saw to it
+    assert column is not None  # ensured by validate()
     unit = {b"unit": column.unit.encode()} if column.unit else None
     return pa.field(name, ARROW_TYPES[column.type], column.nullable, metadata=unit)
 
 
 def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -> pd.DataFrame:
-    """Read the artifact at ``path`` and hold it against its schema.
+    """Read the table at ``path`` and validate it.
 
     Returns
     -------
-    The table, or its ``columns`` only; strings as pandas ``str``, nulls as NaN.
+    The table, or only its ``columns``; strings as pandas ``str``, nulls as NaN.
 
     Raises
     ------
-    UserError : where the file is missing, damaged (page checksum), of another schema or version, or breaks it.
+    UserError : if the file is missing or damaged, has another schema or version, or violates its schema.
     """
     arrow = _read_arrow(path)
     found = _metadata(arrow)
@@ -220,7 +224,7 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
     if found.get("schema") != table.name or found.get("schema_version") != str(table.version):
         raise UserError(
             f"{path}: holds schema '{found.get('schema')}' version {found.get('schema_version')}, expected "
-            f"'{table.name}' version {table.version}; delete the file and run again, or write it anew"
+            f"'{table.name}' version {table.version}; delete the file and run again, or write it again"
         )
     for field in arrow.schema:
         column = table.column(field.name)
@@ -228,19 +232,17 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
         if column is not None and unit != column.unit:
             raise UserError(
                 f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; "
-                "convert it and write it anew"
+                "convert it and write it again"
             )
     if found.pop("content", None) != _digest(arrow, found):
-        raise UserError(
-            f"{path}: damaged (its content is not what was written); delete it and run again to make it anew"
-        )
+        raise UserError(f"{path}: damaged (its content differs from what was written); delete it and run again")
     frame = arrow.to_pandas()
     validate(frame, schema_name, str(path))
     return frame if columns is None else frame[columns]
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
-    """Return what the artifact at ``path`` says of itself: schema, schema_version, corpus, config_hash."""
+    """Return the metadata of the table at ``path``: schema, schema_version, corpus, config_hash."""
     found = _metadata(_read_arrow(path))
     found.pop("content", None)
     return found
@@ -252,11 +254,11 @@ def _metadata(arrow: pa.Table) -> dict[str, str]:
 
 
 def _digest(arrow: pa.Table, metadata: dict[str, str]) -> str:
-    """Return the hash of all values and of ``metadata``: Parquet's own checksums leave out the file's footer."""
+    """Return the hash of all values and of ``metadata``; the checksums of Parquet do not cover the file's footer."""
     digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
     for name, column in zip(arrow.column_names, arrow.columns, strict=True):
         digest.update(name.encode(errors="replace"))
-        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # arrays of objects where null
+        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # objects where null
             digest.update(repr(column.to_pylist()).encode())
         else:
             digest.update(column.to_numpy().tobytes())
@@ -268,24 +270,22 @@ def _read_arrow(path: str | Path) -> pa.Table:
         raise UserError(f"{path}: no such file; run the workflow for it first")
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            return file.read(use_threads=False)  # jobs share the cores, and small tables are not worth a thread
+            return file.read(use_threads=False)  # jobs share the cores, and most tables are small
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = str(error).splitlines()[0]
-        raise UserError(
-            f"{path}: damaged or no Parquet file ({reason}); delete it and run again to make it anew"
-        ) from error
+        raise UserError(f"{path}: damaged or not a Parquet file ({reason}); delete it and run again") from error
 
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside ``path`` to write to; put it in place, synced to disk, when all went well.
+    """Provide a temporary path next to ``path`` to write to, and move it to ``path`` when the block succeeds.
 
-    A process that dies in between leaves the old file, or none, and never half of one. The temporary name keeps
-    the suffix of ``path``, as libraries choose formats by it.
+    If the process dies before that, the old file remains, or none, but never a part of the new one. The temporary
+    name has the suffix of ``path``, because some libraries derive the format from it.
 
     Raises
     ------
-    UserError : where the disk is full.
+    UserError : if the disk is full.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -301,7 +301,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     except OSError as error:
         if error.errno in (28, 122):  # ENOSPC, EDQUOT
             raise UserError(
-                f"{path}: the disk is full; free some space and run again (nothing was half written)"
+                f"{path}: the disk is full; free some space and run again (no partial file is left)"
             ) from error
         raise
     finally:

@@ -25,8 +25,8 @@ def film_effect(filmed: pd.DataFrame, true: pd.DataFrame, settings: sessions.Boo
     settings : settings of the bootstrap.
     """
     system, variant = true[["system", "variant"]].iloc[0]
-    own = filmed[(filmed["system"] == system) & (filmed["variant"] == variant) & (filmed["phrases"] == "planned")]
-    both = pd.concat([own.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
+    same = filmed[(filmed["system"] == system) & (filmed["variant"] == variant) & (filmed["phrases"] == "planned")]
+    both = pd.concat([same.assign(system="filmed"), true.assign(system="planted")], ignore_index=True)
     scores = sessions.session_scores(both, settings)
     filmed_scores, true_scores = (scores[scores["system"] == side] for side in ("filmed", "planted"))
     pairs = sessions.differences(both, {"filmed": variant, "planted": variant}, settings)

@@ -181,32 +181,33 @@ def _varying_features(tables: dict[str, pd.DataFrame]) -> tuple[tuple[str, ...],
 def leave_one_out(
     motions: dict[str, pd.DataFrame], annotations: pd.DataFrame, settings: dict[str, Any]
 ) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
-    """Return the phrases of all records by a model of all of them, and of each fold by a model without one record.
+    """Segment the records of one actor with a model trained on all of them, and with the model of each fold.
 
     Parameters
     ----------
-    motions, annotations, settings : as in ``train``, of one actor.
+    motions, annotations, settings : as in ``train``, for one actor.
 
     Returns
     -------
-    Segment table of all records; and for each record that is held out, the segment table of the others.
+    The segments of all records by the model of all records; and for each held-out record, the segments of the other
+    records by a model that was trained without it.
     """
 
-    def phrases_of(records: list[str]) -> pd.DataFrame:
-        own = {record: motions[record] for record in records}
-        model = train(own, annotations[annotations["record"].isin(records)], settings).model
-        return pd.concat([phrases(model, record, motion, annotations) for record, motion in own.items()])
+    def segment(records: list[str]) -> pd.DataFrame:
+        selected = {record: motions[record] for record in records}
+        model = train(selected, annotations[annotations["record"].isin(records)], settings).model
+        return pd.concat([phrases(model, record, motion, annotations) for record, motion in selected.items()])
 
     records = list(motions)
-    return phrases_of(records), {
-        held_out: phrases_of([record for record in records if record != held_out]) for held_out in records
+    return segment(records), {
+        held_out: segment([record for record in records if record != held_out]) for held_out in records
     }
 
 
-def seen(model: LabelledHMM, record: str, motion: pd.DataFrame) -> pd.DataFrame:
-    """Return the gesture phrases that a model sees in a motion of which nobody has annotated anything."""
-    nothing = pd.DataFrame({name: [] for name in ("record", "start_s", "end_s", "gesture", "origin")})
-    return phrases(model, record, motion, nothing)
+def unconstrained_phrases(model: LabelledHMM, record: str, motion: pd.DataFrame) -> pd.DataFrame:
+    """Return the gesture phrases of a motion without annotations (see ``phrases``)."""
+    no_annotations = pd.DataFrame({name: [] for name in ("record", "start_s", "end_s", "gesture", "origin")})
+    return phrases(model, record, motion, no_annotations)
 
 
 def _examples(sequences: dict[str, Floats], labelled: dict[str, pd.DataFrame], label: str) -> list[Floats]:

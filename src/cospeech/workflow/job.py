@@ -54,7 +54,7 @@ class Job:
         return pd.concat([tables.read(one, schema, columns) for one in path], ignore_index=True)
 
     def read_each(self, names: Sequence[str], paths: Sequence[str], schema: str) -> dict[str, pd.DataFrame]:
-        """Read the table of each name, in step with ``paths``; no name has one where there are no paths."""
+        """Read one table per name from the corresponding path; the result is empty if there are no paths."""
         return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
 
     def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
@@ -63,7 +63,7 @@ class Job:
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
 
     def warn(self, message: str) -> None:
-        """Put one line into the log of this job, and onto stderr."""
+        """Write one line to the log of this job and to stderr."""
         log.warning(f"WARNING {message}")
         progress.write_line(f"cospeech: {message}")
 

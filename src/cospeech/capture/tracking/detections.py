@@ -23,7 +23,7 @@ CARRIED_SD_M = 5e-3
 """Standard deviation of a hidden marker that the others of its part carry: no part of a body is quite rigid."""
 
 JERK = 25.0
-"""Spectral density of the change of a gesturing hand's acceleration, see ``kalman.transition``."""
+"""Spectral density of the change of a gesturing hand's acceleration, see ``kalman.motion_model``."""
 
 
 STATUSES = ("lost", "predicted", "seen", "corrected")

@@ -212,7 +212,7 @@ class RobustTracker:
         names = sorted(mixers)
         self.colour = np.array([names.index(marker.colour) for marker in MARKERS])
         self.usual = np.tile(UNKNOWN, (len(names), len(cameras), 1))
-        self.move, self.noise = kalman.transition(1.0 / fps, JERK)
+        self.move, self.noise = kalman.motion_model(1.0 / fps, JERK)
         self.states = np.zeros((len(MARKERS), 3, 3))
         self.states[:, 0] = first_m
         self.covers = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))
