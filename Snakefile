@@ -115,7 +115,7 @@ rule all:
 
 rule sweep:
     input:
-        expand(f"{REPORTS}/figures/{{figure}}.svg", figure=["fig-7.2a", "fig-7.2b"]),
+        [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures],
 
 
 rule annotate:

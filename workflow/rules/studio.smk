@@ -2,10 +2,13 @@
 # simulate hours of speech in seconds, as features only.
 
 
+# The synthesiser voice of each actor.
+VOICES = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]} if VIRTUAL else {}
+
+
 def voice_of(wildcards):
     """The synthesiser voice of the actor of a record."""
-    voices = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]}
-    return voices[actor_of(wildcards.record)]
+    return VOICES[actor_of(wildcards.record)]
 
 
 def performer_of(wildcards):
@@ -64,22 +67,25 @@ rule studio_take:
         "../../scripts/studio/studio_take.py"
 
 
-rule studio_features:
-    input:
-        gesture_phrases=rules.studio_script.output.gesture_phrases,
-        prosody_phrases=rules.studio_script.output.prosody_phrases,
-    output:
-        prosody=f"{RESULTS}/corpus/raw/{{record}}.prosody.parquet",
-        gestures=f"{RESULTS}/corpus/raw/{{record}}.gestures.parquet",
-    params:
-        voice=voice_of,
-        frame_s=config["speech"]["frame_s"],
-        voiced_gain=config["speech"]["voiced_gain"],
-        seed=config["seed"],
-    message:
-        "simulate the prosody features of {wildcards.record}"
-    script:
-        "../../scripts/studio/studio_features.py"
+# Simulating a record takes less than starting a process, so the records of an actor share one, and a folder.
+if VIRTUAL and "prosody" in BRINGS:
+
+    rule studio_features:
+        input:
+            gesture_phrases=rules.studio_script.output.gesture_phrases,
+            prosody_phrases=rules.studio_script.output.prosody_phrases,
+        output:
+            features=directory(f"{RESULTS}/corpus/raw/{{actor}}"),
+        params:
+            records=lambda wildcards: records_of(wildcards.actor),
+            voice=lambda wildcards: VOICES[wildcards.actor],
+            frame_s=config["speech"]["frame_s"],
+            voiced_gain=config["speech"]["voiced_gain"],
+            seed=config["seed"],
+        message:
+            "simulate the prosody features of {wildcards.actor}"
+        script:
+            "../../scripts/studio/studio_features.py"
 
 
 if VIRTUAL and FILMED:
