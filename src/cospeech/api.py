@@ -25,7 +25,7 @@ import soundfile
 from cospeech import __version__
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import MotionConventions
-from cospeech.data import segments, vocabulary
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
@@ -38,7 +38,7 @@ from cospeech.speech import prosody as measuring
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
-from cospeech.synthesis.session import Session, Trained, fault, method_of
+from cospeech.synthesis.session import Session, Trained, method_of, naming, perform
 from cospeech.synthesis.training import Actor, fold
 from cospeech.workflow import config, model_folder, sweep
 from cospeech.workflow import records as record_list
@@ -246,8 +246,9 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
     missing = [name for name in (*system.tables, "gestures", "prosody_model") if name not in read.tables]
     if missing:
         raise UserError(f"{folder}: a model of '{system.name}' has a table '{missing[0]}'; build the model again")
-    method = method_of(system)
-    trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
+    with naming(system):
+        method = method_of(system)
+        trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
     motions = {
         name.removeprefix("motion~"): table for name, table in read.tables.items() if name.startswith("motion~")
     }
@@ -307,12 +308,9 @@ def synthesize(
         motion_fps=fps,
         n_motion_frames=n_frames,
     )
-    made = model.trained.method.synthesise(model.trained.model, speech, card["seed"] if seed is None else seed)
-    problem = fault(model.system, made, speech)
-    if problem:
-        raise UserError(f"system '{model.system.name}' declares that it makes {model.system.makes}, but {problem}")
+    made = perform(model.system, model.trained, speech, card["seed"] if seed is None else seed)
     if made.motion is not None:
-        return Performance(_no_phrases(name, n_frames, fps), made.motion, made.decoding, samples)
+        return Performance(tables.empty("segments"), made.motion, made.decoding, samples)
     assert made.phrases is not None  # a system makes one or the other
     pool = unit_selection.templates(model.gestures, model.motions)
     units = unit_selection.select(made.phrases, pool, n_frames, fps, card["continuity_weight"])
@@ -373,7 +371,3 @@ def _as_recorded(read: Sound) -> np.ndarray:
     encoded.seek(0)
     samples: np.ndarray = soundfile.read(encoded)[0]
     return samples
-
-
-def _no_phrases(record: str, n_frames: int, fps: float) -> pd.DataFrame:
-    return segments.from_starts(record, [0], [""], n_frames, fps).iloc[:0]

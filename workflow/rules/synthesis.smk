@@ -4,7 +4,7 @@
 def model_tables(systems):
     """The tables of the models that these systems train, with their schemas, by system."""
     return {
-        system: dict(SYSTEMS[system].tables)
+        system: SYSTEMS[system].table_schemas
         for system in systems
         if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
     }
