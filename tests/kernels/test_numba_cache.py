@@ -81,12 +81,12 @@ def test_a_read_only_package_keeps_its_kernels_in_the_users_cache(tmp_path):
     write(package, 1)
     (package / "__pycache__").touch()  # a file in place of the folder: unlike permissions, it stops even root
     twice = "import os; from cospeech import caller; print(caller.twice(), os.environ['NUMBA_CACHE_DIR'])"
-    value, folder = told(package, twice, XDG_CACHE_HOME=str(cache)).split()
+    value, folder = output(package, twice, XDG_CACHE_HOME=str(cache)).split()
     assert value == "2"
     assert list(cache.glob("cospeech/*/compiled-*")) == [Path(folder)]
     assert {path.suffix for path in Path(folder).rglob("*") if path.is_file()} == {".nbi", ".nbc"}
     write(package, 5)
-    assert told(package, twice, XDG_CACHE_HOME=str(cache)).split()[0] == "10"
+    assert output(package, twice, XDG_CACHE_HOME=str(cache)).split()[0] == "10"
     assert not Path(folder).exists()
 
 

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from cospeech.data import project
 from cospeech.data.tables import schema_folder
 from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
-from cospeech.workflow import project
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
