@@ -17,14 +17,14 @@ with job.run(snakemake) as work:
     tables = work.read_each(records, work.input.prosody, "prosody")
     gestures = work.read(work.input.gestures, "segments")
     systems, planned = [installed(name) for name in given["systems"]], []
-    for place, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
+    for number, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
         found = prosody.train(
             [tables[name] for name in given["training"]], clusters, states, given["settings"], given["seed"]
         )
         clustered = prosody.phrases(found.model, tables, frame_s)
-        work.write(clustered, work.output.segments[place], "segments")
-        work.write(labelled_hmm.to_table(found.model), work.output.model[place], "hmm_model")
-        work.write(found.fit, work.output.fit[place], "hmm_fit")
+        work.write(clustered, work.output.segments[number], "segments")
+        work.write(labelled_hmm.to_table(found.model), work.output.model[number], "hmm_model")
+        work.write(found.fit, work.output.fit[number], "hmm_fit")
 
         actor = Actor(given["actor"], records, frame_s, given["labels"], prosody_labels(clusters))
         training, streams = fold(actor, record, gestures, clustered)
@@ -33,8 +33,8 @@ with job.run(snakemake) as work:
             Driving(streams, record, frame_s, given["seed"]),
         )
         for system in systems:
-            made, variant = session.synthesise(system, driving), given["variants"][place][system.name]
-            folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+            made, (variant, folder) = session.synthesise(system, driving), given["places"][number][system.name]
+            folder = f"{folder}/{record}"
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
             planned.append(made.phrases.assign(system=system.name, variant=variant))

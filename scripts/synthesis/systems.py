@@ -34,8 +34,8 @@ with job.run(snakemake) as work:
     planned, failures = [], []
     for system in map(installed, given["systems"]):
         made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
-        variant, failure = given["variants"][system.name], made.decoding["failure"].iloc[0]
-        folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+        (variant, place), failure = given["places"][system.name], made.decoding["failure"].iloc[0]
+        folder = f"{place}/{record}"
         if made.phrases is not None:
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
