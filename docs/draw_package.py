@@ -18,8 +18,8 @@ PACKAGE = code_hash.PACKAGE
 ROOT = PACKAGE.parents[1]
 DRAWING = Path(__file__).with_name("package.svg")
 
-ENTRY_POINTS = ("cli", "api", "scripts")
-"""What may import several rooms; ``scripts`` is the folder of that name beside ``src``."""
+ENTRY_POINTS = ("cli", "commands", "scripts", "api")
+"""What may import several rooms; ``scripts`` is the folder of that name next to ``src``."""
 
 ROOMS = (
     "studio", "corpus", "capture", "speech", "segmentation",
