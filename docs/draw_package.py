@@ -144,7 +144,7 @@ class Canvas:
 
 def draw(imports: Imports) -> str:
     """Return the drawing as SVG."""
-    entries = [name for name in ENTRY_POINTS if name in imports]
+    entries = by_level((name for name in ENTRY_POINTS if name in imports), imports)
     rooms = [name for name in ROOMS if name in imports]
     foundations = by_level((name for name in FOUNDATIONS if name in imports), imports)
     bars = [*entries, *foundations]
