@@ -42,11 +42,15 @@ try:
     BRINGS = record_list.brings(RECORDS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems, BRINGS)
+    configuration.check_systems(config, CHOSEN.systems, BRINGS, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
+
+if workflow.is_main_process:
+    for failure in CHOSEN.failures:
+        progress.write_line(f"cospeech: {failure.message}")
 
 # The takes that come as films, one of each camera of the rig.
 FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]

@@ -1,4 +1,4 @@
-"""Simulate the prosody features of all records of an actor, and write them with their gesture phrases."""
+"""Simulate the prosody features and gesture phrases of an actor's records, without sound or motion."""
 
 from cospeech.studio import features, voice
 from cospeech.workflow import job

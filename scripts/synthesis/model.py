@@ -24,7 +24,7 @@ with job.run(snakemake) as work:
     )
     system = installed(work.wildcards.system)
     made = Session(training, given["shared"], given["own"]).tables(system)
-    named = {name: (made[name], schema) for name, schema in system.tables.items()}
+    named = {name: (made[name], schema) for name, schema in system.table_schemas.items()}
     named |= {f"motion~{record}": (motion, "motion") for record, motion in motions.items()}
     named["gestures"] = (gestures[gestures["record"].isin(records)], "segments")
     named["prosody_model"] = (work.read(work.input.clusters_model, "hmm_model"), "hmm_model")

@@ -41,7 +41,9 @@ with job.run(snakemake) as work:
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
-            for table, schema in given["tables"].get(system.name, {}).items():
-                work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
+            if system.name in given["tables"]:
+                model = session.tables(system)
+                for table, schema in given["tables"][system.name].items():
+                    work.write(model[table], f"{folder}/{table}.parquet", schema)
         work.say(f"{clusters} clusters of {states} states: {prosody.summary(found.fit)}")
     work.write(planned, work.output.planned, "planned_phrases")

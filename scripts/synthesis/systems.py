@@ -31,20 +31,25 @@ with job.run(snakemake) as work:
     driving = Driving(
         streams, record, actor.frame_s, given["seed"], given["shift_s"], fps, len(motions.get(record, ()))
     )
-    planned = []
+    planned, failures = [], []
     for system in map(installed, given["systems"]):
         made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
         variant, failure = given["variants"][system.name], made.decoding["failure"].iloc[0]
         folder = f"{given['folder']}/{system.name}/{variant}/{record}"
-        if failure:
-            work.warn(failure)
         if made.phrases is not None:
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
         if made.motion is not None:
             work.write(made.motion, f"{folder}/motion.parquet", "motion")
         work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
-        for table, schema in given["tables"].get(system.name, {}).items():
-            work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
+        if failure:
+            failures.append(f"{record}: {failure}")
+        elif system.name in given["tables"]:
+            tables = session.tables(system)
+            for table, schema in given["tables"][system.name].items():
+                work.write(tables[table], f"{folder}/{table}.parquet", schema)
     if work.output.planned:
         work.write(planned, work.output.planned, "planned_phrases")
+    if failures:  # a system and its controls mostly fail for the same reason
+        work.warn(failures[0])
+        work.say("\n".join(failures[1:]))

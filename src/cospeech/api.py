@@ -25,7 +25,7 @@ import soundfile
 from cospeech import __version__
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import MotionConventions
-from cospeech.data import segments, vocabulary
+from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
@@ -38,7 +38,7 @@ from cospeech.speech import prosody as measuring
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
-from cospeech.synthesis.session import Session, Trained, fault, method_of
+from cospeech.synthesis.session import Session, Trained, method_of, naming, perform
 from cospeech.synthesis.training import Actor, fold
 from cospeech.workflow import config, model_folder, sweep
 from cospeech.workflow import records as record_list
@@ -169,7 +169,7 @@ def prosody(
 
 def train(
     records: Sequence[Record],
-    system: str = "hsmm_weighted",
+    system: str | None = None,
     annotations: pd.DataFrame | None = None,
     settings: Mapping[str, Any] | None = None,
     actor: str = "actor",
@@ -179,7 +179,7 @@ def train(
     Parameters
     ----------
     records : records of the actor, two or more.
-    system : name of an installed system.
+    system : name of an installed system; by default the one that the videos of the demo show.
     annotations : labelled examples of gesture phrases (schema ``annotations``); by default they are read off the
         joint angles (``first_examples: rules``).
     settings : a configuration as ``default_settings`` returns it.
@@ -196,7 +196,9 @@ def train(
     ('hsmm_weighted', 'clusters~8,states~3')
     """
     used = settings or default_settings()
-    declared, names = installed(system), [record.name for record in records]
+    shown = used["animation"]["video"]["shown"]
+    declared = installed(system or (shown if isinstance(shown, str) else shown[0]))
+    names = [record.name for record in records]
     motions = {record.name: record.motion for record in records}
     how = used["phrases"]["gesture"]
     if annotations is None:
@@ -214,7 +216,7 @@ def train(
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
     card = {
-        "system": system,
+        "system": declared.name,
         "variant": setting.variant if "prosody_labels" in declared.needs else "main",
         "actor": actor,
         "held_out": None,
@@ -246,8 +248,9 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
     missing = [name for name in (*system.tables, "gestures", "prosody_model") if name not in read.tables]
     if missing:
         raise UserError(f"{folder}: a model of '{system.name}' has a table '{missing[0]}'; build the model again")
-    method = method_of(system)
-    trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
+    with naming(system):
+        method = method_of(system)
+        trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
     motions = {
         name.removeprefix("motion~"): table for name, table in read.tables.items() if name.startswith("motion~")
     }
@@ -307,12 +310,9 @@ def synthesize(
         motion_fps=fps,
         n_motion_frames=n_frames,
     )
-    made = model.trained.method.synthesise(model.trained.model, speech, card["seed"] if seed is None else seed)
-    problem = fault(model.system, made, speech)
-    if problem:
-        raise UserError(f"system '{model.system.name}' declares that it makes {model.system.makes}, but {problem}")
+    made = perform(model.system, model.trained, speech, card["seed"] if seed is None else seed)
     if made.motion is not None:
-        return Performance(_no_phrases(name, n_frames, fps), made.motion, made.decoding, samples)
+        return Performance(tables.empty("segments"), made.motion, made.decoding, samples)
     assert made.phrases is not None  # a system makes one or the other
     pool = unit_selection.templates(model.gestures, model.motions)
     units = unit_selection.select(made.phrases, pool, n_frames, fps, card["continuity_weight"])
@@ -373,7 +373,3 @@ def _as_recorded(read: Sound) -> np.ndarray:
     encoded.seek(0)
     samples: np.ndarray = soundfile.read(encoded)[0]
     return samples
-
-
-def _no_phrases(record: str, n_frames: int, fps: float) -> pd.DataFrame:
-    return segments.from_starts(record, [0], [""], n_frames, fps).iloc[:0]

@@ -28,7 +28,7 @@ def complete(scripted):
     Log and benchmark lie in a folder named after the rule, and are named after its wildcards.
     """
     script = Path(scripted.basedir.get_path_or_uri(secret_free=False), scripted.script).resolve()
-    name = "/".join([scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names))])
+    name = Path(scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names)))
     scripted.log_modifier = scripted.benchmark_modifier = workflow.modifier.path_modifier
     scripted.set_log(f"{RESULTS}/logs/{name}.log")
     scripted.benchmark = f"{RESULTS}/benchmarks/{name}.tsv"

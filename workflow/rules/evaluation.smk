@@ -139,7 +139,7 @@ if VIRTUAL and FILMED:
             shared=SHARED_SETTINGS,
             own=OWN_SETTINGS,
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
+            method_code=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
             frame_s=config["speech"]["frame_s"],
             rules=SCORING,
         message:

@@ -89,7 +89,7 @@ if BRINGS >= {"motion", "audio"}:
             shared=SHARED_SETTINGS,
             own=OWN_SETTINGS,
             frame_s=config["speech"]["frame_s"],
-            methods=lambda wildcards: code_hash.modules_hash([SYSTEMS[wildcards.system].method]),
+            method_code=lambda wildcards: code_hash.modules_hash([SYSTEMS[wildcards.system].method]),
             card={
                 "speech": config["speech"],
                 "seed": config["seed"],
@@ -111,7 +111,7 @@ if BRINGS >= {"motion", "audio"}:
             bvh=f"{RESULTS}/transplant/{{actor}}/{{record}}/motion.bvh",
         params:
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
+            method_code=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
         message:
             "{wildcards.record}, driven through the model of {wildcards.actor}"
         script:

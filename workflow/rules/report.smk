@@ -91,7 +91,7 @@ def drawn_with(exhibits):
         **ABOUT_RUN,
         "exhibits": [exhibit.name for exhibit in exhibits],
         "settings": {path: declared.setting(config, path) for path in sorted(settings)},
-        "functions": code_hash.modules_hash(declared.modules(exhibits)),
+        "function_code": code_hash.modules_hash(declared.modules(exhibits)),
     }
 
 
@@ -178,7 +178,7 @@ rule page:
         **ABOUT_RUN,
         config=config,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
-        functions=code_hash.modules_hash(declared.modules(EXHIBITS)),
+        function_code=code_hash.modules_hash(declared.modules(EXHIBITS)),
         sources=PAGE_SOURCES,
         clips=[clip | {"link": f"../../{path}"} for path, clip in CLIPS.items()],
         absent=declared.absent(MET),

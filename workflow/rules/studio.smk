@@ -1,13 +1,13 @@
-# The virtual studio: a script drawn for all records at once, then one take a record, in sound and motion or,
-# for hours in seconds, in features only.
+# The virtual studio: one script sampled for all records, then one take per record, with sound and motion or, to
+# simulate hours of speech in seconds, as features only.
 
 
-# The synthesiser's voice of each actor.
+# The synthesiser voice of each actor.
 VOICES = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]} if VIRTUAL else {}
 
 
 def voice_of(wildcards):
-    """The synthesiser's voice of the actor of a record."""
+    """The synthesiser voice of the actor of a record."""
     return VOICES[actor_of(wildcards.record)]
 
 
@@ -39,7 +39,7 @@ rule studio_script:
         max_duration_s=config["synthesis"]["max_duration_s"],
         seed=config["seed"],
     message:
-        "the studio's script"
+        "sample the script of all records"
     script:
         "../../scripts/studio/studio_script.py"
 
@@ -62,7 +62,7 @@ rule studio_take:
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
     message:
-        "take of {wildcards.record}: voice and motion"
+        "record the voice and motion of {wildcards.record}"
     script:
         "../../scripts/studio/studio_take.py"
 
@@ -97,7 +97,7 @@ if VIRTUAL and FILMED:
             width_px=config["studio"]["camera_width_px"],
             seed=config["seed"],
         message:
-            "the studio's cameras"
+            "set up the cameras of the studio"
         script:
             "../../scripts/studio/studio_rig.py"
 
@@ -110,7 +110,7 @@ if VIRTUAL and FILMED:
         params:
             seed=config["seed"],
         message:
-            "the calibration take"
+            "film the calibration take"
         script:
             "../../scripts/studio/studio_laser.py"
 
@@ -126,7 +126,7 @@ if VIRTUAL and FILMED:
             motion_fps=config["studio"]["motion_fps"],
             seed=config["seed"],
         message:
-            "range of motion of {wildcards.actor}"
+            "film the range-of-motion take of {wildcards.actor}"
         script:
             "../../scripts/studio/studio_range.py"
 
@@ -142,6 +142,6 @@ if VIRTUAL and FILMED:
             actor=performer_of,
             seed=config["seed"],
         message:
-            "film of {wildcards.record}"
+            "film {wildcards.record}"
         script:
             "../../scripts/studio/studio_film.py"

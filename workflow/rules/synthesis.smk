@@ -4,7 +4,7 @@
 def model_tables(systems):
     """The tables of the models that these systems train, with their schemas, by system."""
     return {
-        system: dict(SYSTEMS[system].tables)
+        system: SYSTEMS[system].table_schemas
         for system in systems
         if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
     }
@@ -64,7 +64,7 @@ def params_of(systems, apart):
         "shift_s": SYNTHESIS["shift_s"],
         "frame_s": config["speech"]["frame_s"],
         "seed": config["seed"],
-        "methods": code_hash.modules_hash(
+        "method_code": code_hash.modules_hash(
             [name for system in systems for name in (SYSTEMS[system].method, SYSTEMS[system].schemas) if name]
         ),
     }
@@ -134,7 +134,7 @@ if SWEEP:
             labels=config["phrases"]["gesture"]["labels"],
             frame_s=config["speech"]["frame_s"],
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[system].method for system in SWEPT]),
+            method_code=code_hash.modules_hash([SYSTEMS[system].method for system in SWEPT]),
         message:
             f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, and phrases by {', '.join(SWEPT)}"
         script:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import os
 import re
 import tempfile
@@ -24,8 +25,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from cospeech.data import project
 from cospeech.errors import UserError
-from cospeech.workflow import project
 
 ARROW_TYPES = {
     "string": pa.string(),
@@ -86,20 +87,44 @@ def schema_folder() -> Path:
 
 @functools.cache
 def schema(name: str) -> Schema:
-    """Return the schema called ``name``."""
-    path = schema_folder() / f"{name}.yaml"
+    """Return the schema called ``name``.
+
+    ``<package>:<name>`` is the schema of a third-party package, the file ``<name>.yaml`` in the folder of the package;
+    where the package has no such file, it is the schema ``<name>`` of cospeech.
+
+    Raises
+    ------
+    KeyError : if there is no such schema.
+    UserError : if the package is not installed.
+    """
+    package, _, own = name.rpartition(":")
+    path = schema_folder() / f"{own}.yaml"
+    if package and (_package_folder(package, name) / f"{own}.yaml").is_file():
+        path = _package_folder(package, name) / f"{own}.yaml"
+    else:
+        name = own
     if not path.is_file():
         raise KeyError(f"no schema {path.name} in {path.parent.name}/")
     raw = yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     pattern = raw.get("pattern")
     return Schema(
-        name=raw["name"],
+        name=name,
         version=raw["version"],
         title=raw["title"],
         columns=tuple(_column(key, value) for key, value in raw["columns"].items()),
         key=tuple(raw.get("key", ())),
         pattern=_column(pattern["name"], pattern) if pattern else None,
     )
+
+
+def _package_folder(package: str, schema_name: str) -> Path:
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        spec = None
+    if spec is None or not spec.submodule_search_locations:
+        raise UserError(f"schema '{schema_name}': no package '{package}' is installed; install it")
+    return Path(next(iter(spec.submodule_search_locations)))
 
 
 def _column(name: str, raw: dict[str, Any]) -> Column:
@@ -115,6 +140,11 @@ def _column(name: str, raw: dict[str, Any]) -> Column:
     )
 
 
+def empty(schema_name: str) -> pd.DataFrame:
+    """Return a table of the schema without a row."""
+    return pd.DataFrame({column.name: [] for column in schema(schema_name).columns})
+
+
 def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
     """Raise UserError at the first violation of the schema in ``frame``; ``where`` is the origin for the message."""
     table = schema(schema_name)
@@ -128,7 +158,7 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
         description = table.column(str(name))
         if description is None:
             raise UserError(
-                f"{where}: unknown column '{name}' (wrong unit or name?); see data_schema/{table.name}.yaml"
+                f"{where}: unknown column '{name}' (wrong unit or name?); see the schema {table.name}.yaml"
             )
         _check_values(values, description, f"{where}: column '{name}'")
     if table.key and frame.duplicated(list(table.key)).any():
@@ -220,7 +250,10 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
     """
     arrow = _read_arrow(path)
     found = _metadata(arrow)
-    table = schema(schema_name)
+    try:
+        table = schema(schema_name)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     if found.get("schema") != table.name or found.get("schema_version") != str(table.version):
         raise UserError(
             f"{path}: holds schema '{found.get('schema')}' version {found.get('schema_version')}, expected "

@@ -48,15 +48,18 @@ class Clip:
     tips: dict[int, Floats] = field(default_factory=dict)
 
 
-def write(motion: pd.DataFrame, path: str | Path) -> None:
-    """Write a motion table as BVH: the joints and offsets of ``skeleton.BODY``, metres, y up, order XZY."""
-    fps = skeleton.frame_rate(motion)
+def write(motion: pd.DataFrame, path: str | Path, fps: float | None = None) -> None:
+    """Write a motion table as BVH: the joints and offsets of ``skeleton.BODY``, metres, y up, order XZY.
+
+    ``fps`` is the frame rate; by default it is read from the motion, which must then have a frame.
+    """
+    fps = skeleton.frame_rate(motion) if fps is None else fps
     hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float) + skeleton.OFFSET_M["hips"]
     order: list[str] = []
     hierarchy = _block("hips", 0, order)
     joints = [skeleton.JOINTS.index(name) for name in order]
     turns = skeleton.angles(motion)[:, joints][:, :, [0, 2, 1]]  # the order of the channels: X, Z, Y
-    values = np.column_stack([hips, turns.reshape(len(motion), -1)])
+    values = np.column_stack([hips, turns.reshape(len(motion), 3 * len(order))])
     values = np.round(values, 6) + 0.0  # no "-0.000000"
     with tables.replacing(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(["HIERARCHY", *hierarchy, "MOTION", f"Frames: {len(values)}"]))

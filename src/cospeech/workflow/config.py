@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import yaml
 
+from cospeech.data import project
 from cospeech.data.tables import schema_folder
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
-from cospeech.workflow import project
 from cospeech.workflow.takes import calibrates
 
 Config = dict[str, Any]
@@ -45,13 +45,16 @@ def check(config: Config) -> None:
         raise UserError(f"config: {problem}")
 
 
-def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[str]) -> None:
+def check_systems(
+    config: Config, systems: Mapping[str, Any], brings: frozenset[str], failed: Collection[str] = ()
+) -> None:
     """Raise UserError where the configuration shows a system that it does not run, or too few to compare.
 
     Parameters
     ----------
     systems : the systems of the run by name, as the registry returns them.
     brings : what the records bring.
+    failed : names of systems that could not be loaded. They can be named, and are left out.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
     if not any(system.role == "system" for system in systems.values()):
@@ -62,12 +65,14 @@ def check_systems(config: Config, systems: Mapping[str, Any], brings: frozenset[
                 f"config: synthesis.systems: '{name}' makes motion, but the records bring none; set it to false"
             )
     for name in animation["systems"]:
-        if name not in systems:
+        if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
     for name in [shown] if isinstance(shown, str) else shown:
+        if name in failed:
+            continue
         if name not in systems or not (name in animation["systems"] or systems[name].makes == "motion"):
             raise UserError(f"config: animation.video.shown: '{name}' is not in animation.systems")
-    if not any(systems[name].role == "control" for name in animation["systems"]):
+    if not any(systems[name].role == "control" for name in animation["systems"] if name in systems):
         raise UserError("config: animation.systems must contain a control, which every comparison shows")
 
 

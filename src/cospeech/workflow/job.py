@@ -30,8 +30,8 @@ Item = TypeVar("Item")
 
 
 def settings_hash(settings: dict[str, Any]) -> str:
-    """Return the hash of the parameters of a rule, without the parameter ``code``, which is the hash of the code."""
-    relevant = {key: value for key, value in settings.items() if key != "code"}
+    """Return the hash of the parameters of a rule, without those that are hashes of code (``code``, ``..._code``)."""
+    relevant = {key: value for key, value in settings.items() if key != "code" and not key.endswith("_code")}
     return hashlib.sha256(json.dumps(relevant, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
