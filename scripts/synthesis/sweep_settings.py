@@ -1,5 +1,7 @@
 """One fold at each setting of the sweep: its prosody clusters, and the phrases of the systems that are swept."""
 
+from pathlib import Path
+
 from cospeech.data.vocabulary import prosody_labels
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.synthesis.registry import installed
@@ -22,9 +24,10 @@ with job.run(snakemake) as work:
             [tables[name] for name in given["training"]], clusters, states, given["settings"], given["seed"]
         )
         clustered = prosody.phrases(found.model, tables, frame_s)
-        work.write(clustered, work.output.segments[number], "segments")
-        work.write(labelled_hmm.to_table(found.model), work.output.model[number], "hmm_model")
-        work.write(found.fit, work.output.fit[number], "hmm_fit")
+        segments = Path(work.output.segments[number])
+        work.write(labelled_hmm.to_table(found.model), segments.with_name("model.parquet"), "hmm_model")
+        work.write(found.fit, segments.with_name("fit.parquet"), "hmm_fit")
+        work.write(clustered, segments, "segments")
 
         actor = Actor(given["actor"], records, frame_s, given["labels"], prosody_labels(clusters))
         training, streams = fold(actor, record, gestures, clustered)

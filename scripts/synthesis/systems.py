@@ -12,9 +12,9 @@ with job.run(snakemake) as work:
     truth = None
     if given["planted"]:
         truth = Truth(
-            {name: work.read(path, name) for name, path in zip(given["planted"], work.input.planted, strict=True)},
-            work.read(work.input.planted_gestures, "segments"),
-            work.read(work.input.planted_prosody, "segments"),
+            {name: work.read(f"{given['truth']}/{name}.parquet", name) for name in given["planted"]},
+            work.read(f"{given['truth']}/gesture_phrases.parquet", "segments"),
+            work.read(f"{given['truth']}/prosody_phrases.parquet", "segments"),
         )
     motions = work.read_each(records, work.input.motions, "motion")
     training, streams = fold(

@@ -51,10 +51,7 @@ rule prosody_clusters_actor:
             record=records_of(wildcards.actor),
         ),
     output:
-        **{
-            name: f"{RESULTS}/phrases/prosody/clusters~{{clusters}}/states~{{states}}/actor~{{actor}}/{name}.parquet"
-            for name in cluster_tables(MAIN)
-        },
+        segments=f"{RESULTS}/phrases/prosody/clusters~{{clusters}}/states~{{states}}/actor~{{actor}}/segments.parquet",
     params:
         records=lambda wildcards: records_of(wildcards.actor),
         training=lambda wildcards: records_of(wildcards.actor),
@@ -69,6 +66,7 @@ rule prosody_clusters_actor:
 
 
 if BRINGS >= {"motion", "audio"}:
+    MODELS = [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
 
     rule model:
         input:

@@ -43,18 +43,13 @@ PLANTED_TABLES = ["initial", "transitions", "emissions", "durations"]
 
 def inputs_of(systems):
     """What these systems learn from and listen to."""
-    truth = f"{RESULTS}/corpus/truth"
-    planted = {
-        "planted": [f"{truth}/{name}.parquet" for name in PLANTED_TABLES],
-        "planted_gestures": f"{truth}/gesture_phrases.parquet",
-        "planted_prosody": f"{truth}/prosody_phrases.parquet",
-    }
     return {
         "gestures": training_gestures,
-        "clusters": f"{RESULTS}/phrases/prosody/{MAIN.path}/fold~{{record}}/segments.parquet",
+        "clusters": clusters_of_fold(MAIN),
         "prosody": prosody_of_fold if needed(systems, "prosody") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
-        **(planted if needed(systems, "truth") else {}),
+        # One table represents everything that was planted, as one job writes it all.
+        "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
     }
 
 
@@ -65,6 +60,7 @@ def params_of(systems, apart):
         "apart": apart,
         "places": {system: place_of(system) for system in systems},
         "tables": model_tables(systems),
+        "truth": f"{RESULTS}/corpus/truth",
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
         "shared": SHARED_SETTINGS,
         "own": {name: value for name, value in OWN_SETTINGS.items() if name in systems},
@@ -126,7 +122,7 @@ if SWEEP:
             prosody=prosody_of_fold,
             gestures=training_gestures,
         output:
-            **{name: [cluster_tables(setting)[name] for setting in SWEEP] for name in cluster_tables(MAIN)},
+            segments=[clusters_of_fold(setting) for setting in SWEEP],
             planned=f"{RESULTS}/evaluation/swept/{{record}}.parquet",
         params:
             systems=SWEPT,

@@ -61,5 +61,7 @@ SHOWN = [
     *SHOWN_TOGETHER,
 ][0]
 
-# The systems whose phrases pictures show: the first one, what is animated, and the strictest control of what is shown.
-PICTURED = list(dict.fromkeys([next(iter(SYSTEMS)), *ANIMATED, *SYSTEMS[SHOWN].controls[-1:]]))
+# The systems whose phrases pictures show: the first one, what is animated or compared, and the strictest control of
+# what is shown.
+MOVING_OR_COMPARED = ANIMATED if "motion" in BRINGS else COMPARED
+PICTURED = list(dict.fromkeys([next(iter(SYSTEMS)), *MOVING_OR_COMPARED, *SYSTEMS[SHOWN].controls[-1:]]))

@@ -112,7 +112,9 @@ class System:
             if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
                 raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
         if not self.method:
-            raise DeclarationError("declares no method; give the import path of the module that trains and synthesises")
+            raise DeclarationError(
+                "declares no method; give the import path of the module that trains and synthesises"
+            )
         if not self.decoder:
             object.__setattr__(self, "decoder", self.name)
         if self.role == "system" and not self.controls:

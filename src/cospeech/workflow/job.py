@@ -57,7 +57,7 @@ class Job:
         """Read one table per name from the corresponding path; the result is empty if there are no paths."""
         return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
 
-    def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
+    def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str | Path, schema: str) -> None:
         """Write one table, or several concatenated, with the provenance of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
