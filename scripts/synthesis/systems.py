@@ -1,5 +1,7 @@
 """Gesture phrases, or motion, of one record by several systems."""
 
+from pathlib import Path
+
 from cospeech.motion import skeleton
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
@@ -11,10 +13,11 @@ with job.run(snakemake) as work:
     actor = Actor(given["actor"], records, given["frame_s"], given["labels"], given["symbols"])
     truth = None
     if given["planted"]:
+        folder = Path(work.input.planted).parent  # one of the tables that a job plants stands for all of them
         truth = Truth(
-            {name: work.read(f"{given['truth']}/{name}.parquet", name) for name in given["planted"]},
-            work.read(f"{given['truth']}/gesture_phrases.parquet", "segments"),
-            work.read(f"{given['truth']}/prosody_phrases.parquet", "segments"),
+            {name: work.read(str(folder / f"{name}.parquet"), name) for name in given["planted"]},
+            work.read(work.input.planted, "segments"),
+            work.read(str(folder / "prosody_phrases.parquet"), "segments"),
         )
     motions = work.read_each(records, work.input.motions, "motion")
     training, streams = fold(

@@ -60,7 +60,6 @@ def params_of(systems, apart):
         "apart": apart,
         "places": {system: place_of(system) for system in systems},
         "tables": model_tables(systems),
-        "truth": f"{RESULTS}/corpus/truth",
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
         "shared": SHARED_SETTINGS,
         "own": {name: value for name, value in OWN_SETTINGS.items() if name in systems},
