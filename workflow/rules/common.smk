@@ -5,8 +5,10 @@ def actor_of(record):
     return RECORDS[record]["actor"]
 
 
-# Sorted out once: asked for every job, a walk over all records would make planning quadratic in them.
-RECORDS_OF = {actor: [name for name in RECORDS if actor_of(name) == actor] for actor in ACTORS}
+# Sorted once: a search of all records for every job would make planning quadratic in their number.
+RECORDS_OF = {actor: [] for actor in ACTORS}
+for name in RECORDS:
+    RECORDS_OF[actor_of(name)].append(name)
 
 
 def records_of(actor):

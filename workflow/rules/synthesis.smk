@@ -80,8 +80,12 @@ rule systems:
     input:
         **inputs_of(TOGETHER),
     output:
-        phrases=[made_by(system, "phrases.parquet") for system in makers(PICTURED, "phrases") if system in TOGETHER],
-        planned=f"{RESULTS}/evaluation/planned/{{record}}.parquet",
+        animated=[
+            made_by(system, "phrases.parquet")
+            for system in makers(ANIMATED_TOGETHER, "phrases")
+            if "motion" in BRINGS
+        ],
+        planned=PLANNED,
     params:
         **params_of(TOGETHER, apart=False),
         actor=actor_of_fold,
