@@ -53,7 +53,7 @@ def shoot(folder: Path, cameras: list[Camera], n_frames: int) -> list[footage.Fi
     for camera in cameras:
         shots = film.frames(camera, limbs, markers, SEED)
         film.encode(folder / f"{camera.name}.mkv", (planes for planes, _ in shots), rig.FPS)
-    return [footage.examine(folder / f"{camera.name}.mkv") for camera in cameras]
+    return [footage.probe(folder / f"{camera.name}.mkv") for camera in cameras]
 
 
 def speed(folder: Path, width_px: int, n_frames: int) -> bool:
@@ -61,7 +61,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     cameras = rig.cameras(width_px, SEED)
     limbs, markers = scene(n_frames)
     films = shoot(folder, cameras, 4)
-    track.follow(films, cameras, "robust", 4, where="bench")  # compile
+    track.track_markers(films, cameras, "robust", 4, where="bench")  # compile
     pictures = [planes.copy() for planes, _ in film.frames(cameras[2], limbs[:40], markers[:40], SEED)]
     encoding = min(timed(lambda: film.encode(folder / "c.mkv", pictures, rig.FPS)) for _ in range(3)) / len(pictures)
     shots = film.frames(cameras[2], limbs, markers, SEED)
@@ -70,7 +70,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     passes = [
         (
             timed(lambda: exhaust(footage.read(films, n_frames))),
-            timed(lambda: track.follow(films, cameras, "robust", n_frames, where="bench")),
+            timed(lambda: track.track_markers(films, cameras, "robust", n_frames, where="bench")),
         )
         for _ in range(3)
     ]
@@ -88,7 +88,7 @@ def memory(seconds: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         films = shoot(Path(folder), cameras, n_frames)
         filming = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        found = track.follow(films, cameras, "robust", n_frames, where="bench")
+        found = track.track_markers(films, cameras, "robust", n_frames, where="bench")
         world = detections.world_table(found, rig.FPS, 0.5)
         detections.view_table(found, world, cameras)
         tracking = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

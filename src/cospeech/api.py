@@ -169,7 +169,7 @@ def prosody(
 
 def train(
     records: Sequence[Record],
-    system: str = "hsmm_weighted",
+    system: str | None = None,
     annotations: pd.DataFrame | None = None,
     settings: Mapping[str, Any] | None = None,
     actor: str = "actor",
@@ -179,7 +179,7 @@ def train(
     Parameters
     ----------
     records : records of the actor, two or more.
-    system : name of an installed system.
+    system : name of an installed system; by default the one that the videos of the demo show.
     annotations : labelled examples of gesture phrases (schema ``annotations``); by default they are read off the
         joint angles (``first_examples: rules``).
     settings : a configuration as ``default_settings`` returns it.
@@ -196,7 +196,9 @@ def train(
     ('hsmm_weighted', 'clusters~8,states~3')
     """
     used = settings or default_settings()
-    declared, names = installed(system), [record.name for record in records]
+    shown = used["animation"]["video"]["shown"]
+    declared = installed(system or (shown if isinstance(shown, str) else shown[0]))
+    names = [record.name for record in records]
     motions = {record.name: record.motion for record in records}
     how = used["phrases"]["gesture"]
     if annotations is None:
@@ -214,7 +216,7 @@ def train(
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
     card = {
-        "system": system,
+        "system": declared.name,
         "variant": setting.variant if "prosody_labels" in declared.needs else "main",
         "actor": actor,
         "held_out": None,

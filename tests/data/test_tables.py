@@ -4,12 +4,14 @@ import errno
 import os
 import subprocess
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -180,3 +182,21 @@ def test_every_schema_can_be_read():
         known = {column.name for column in table.columns}
         assert set(table.key) <= known
         assert all(column.type in tables.ARROW_TYPES and column.meaning for column in table.columns)
+
+
+def keys_without_value(node):
+    if isinstance(node, list):
+        return [key for child in node for key in keys_without_value(child)]
+    if isinstance(node, dict):
+        return [key for key, value in node.items() if value is None] + keys_without_value(list(node.values()))
+    return []
+
+
+def test_columns_have_only_known_keys_and_no_comma_cuts_a_description():
+    # In a YAML flow mapping, an unquoted comma ends a text, and the rest of the text becomes a key without a value.
+    known = {field.name for field in fields(tables.Column)}
+    for path in tables.schema_folder().glob("*.yaml"):
+        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert keys_without_value(raw) == [], path.name
+        for name, column in {**raw.get("columns", {}), "pattern": raw.get("pattern", {})}.items():
+            assert set(column) <= known, f"{path.name}: {name}"

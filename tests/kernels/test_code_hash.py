@@ -22,13 +22,12 @@ def test_closure_follows_imports_through_modules(tmp_path):
     assert names(script) == {
         "__init__.py",
         "data/__init__.py",
+        "data/project.py",
         "data/tables.py",
         "errors.py",
         "kernels/__init__.py",
         "kernels/code_hash.py",
         "kernels/numba_cache.py",
-        "workflow/__init__.py",
-        "workflow/project.py",
     }
 
 

@@ -161,9 +161,10 @@ def exhibits(tables_of_a_run):
     settings = {path for exhibit in drawn for path in exhibit.settings.values()}
     run.script(
         "exhibits",
-        input=run.sources(exhibits_of_report.sources(drawn, NAMES)) | {"published": str(TEMPLATE / "published.yaml")},
+        input={"published": str(TEMPLATE / "published.yaml")},
         output=[str(run.reports / path) for exhibit in drawn for path in exhibit.files],
         exhibits=[exhibit.name for exhibit in drawn],
+        sources=run.sources(exhibits_of_report.sources(drawn, NAMES)),
         settings={path: exhibits_of_report.setting(CONFIG, path) for path in settings},
     )
     return run
@@ -187,8 +188,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
     output = run.reports / name
     run.script(
         "page",
-        input=run.sources(sources)
-        | {
+        input={
             "template": str(TEMPLATE / "page.html.jinja"),
             "published": str(TEMPLATE / "published.yaml"),
             "captions": [str(TEMPLATE / f"captions/{exhibit.name}.rst") for exhibit in shown],
@@ -198,7 +198,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
         output=types.SimpleNamespace(page=str(output)),
         config=config,
         exhibits=[exhibit.name for exhibit in shown],
-        sources=sources,
+        sources=run.sources(sources),
         clips=[
             clip | {"description": "side by side", "link": f"../../results/made_up/{path}"}
             for path, clip in clips.items()

@@ -66,9 +66,9 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
             {"studio_take", "record", "prosody", "prosody_clusters"},
         ),
         (
-            "metrics/boundaries.py",
+            "metrics/similarity.py",
             {"record_scores", "session_scores", "score_exhibits", "page"},
-            {"prosody_clusters", "motion", "comparison", "motion_statistics"},
+            {"prosody_clusters", "systems", "motion", "comparison", "motion_statistics"},
         ),
         (
             "motion/smoothing.py",
@@ -85,7 +85,7 @@ def test_an_edited_module_reruns_what_rests_on_it_and_nothing_else(edited, modul
 
 
 def test_an_edit_that_changes_nothing_gives_the_same_bytes(edited, finished):
-    append(edited.program / "src/cospeech/metrics/boundaries.py", "# edited\n")
+    append(edited.program / "src/cospeech/metrics/similarity.py", "# edited\n")
     edited.make()
     assert differing(finished.artifacts(), edited.artifacts()) == []
     assert "Nothing to be done" in edited.make()

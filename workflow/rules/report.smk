@@ -38,6 +38,7 @@ MET = [
     if met
 ]
 EXHIBITS = declared.of_run(MET)
+SWEEP_FIGURES = [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures]
 SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 
 # What the placeholders in the paths of sources stand for.
@@ -66,12 +67,17 @@ PARTS = [TEMPLATE / "style.css", *sorted(TEMPLATE.rglob("*.jinja"))]
 PUBLISHED = TEMPLATE / "published.yaml"
 
 
-def made_from(exhibits):
-    """The sources of some exhibits, by name."""
+def sources_of(exhibits):
+    """The files that some exhibits are made from, by the name of their source."""
     return {
         name: [f"{RESULTS}/{path}" for path in paths]
         for name, paths in declared.sources(exhibits, SOURCE_NAMES).items()
     }
+
+
+def made_from(sources):
+    """The declared outputs that must exist before these sources are read."""
+    return outputs_for(path for paths in sources.values() for path in paths)
 
 
 def files_of(exhibits):
@@ -90,8 +96,9 @@ def drawn_with(exhibits):
     return {
         **ABOUT_RUN,
         "exhibits": [exhibit.name for exhibit in exhibits],
+        "sources": sources_of(exhibits),
         "settings": {path: declared.setting(config, path) for path in sorted(settings)},
-        "functions": code_hash.modules_hash(declared.modules(exhibits)),
+        "function_code": code_hash.modules_hash(declared.modules(exhibits)),
     }
 
 
@@ -104,7 +111,7 @@ OTHER_EXHIBITS = [exhibit for exhibit in EXHIBITS if exhibit not in OF_SCORES]
 
 rule exhibits:
     input:
-        **made_from(OTHER_EXHIBITS),
+        sources=made_from(sources_of(OTHER_EXHIBITS)),
         published=PUBLISHED,
     output:
         *files_of(OTHER_EXHIBITS),
@@ -118,7 +125,7 @@ rule exhibits:
 
 rule score_exhibits:
     input:
-        **made_from(OF_SCORES),
+        sources=made_from(sources_of(OF_SCORES)),
         published=PUBLISHED,
     output:
         *files_of(OF_SCORES),
@@ -131,12 +138,15 @@ rule score_exhibits:
 
 
 # What the page reads apart from exhibits.
-PAGE_SOURCES = [
-    *["records", "annotations", "session_scores", "differences"],
-    *(["motion_statistics"] if "motion" in BRINGS else []),
-    *(["decoding"] if APART else []),
-    *(["cameras"] if VIRTUAL and FILMED else []),
-]
+PAGE_SOURCES = {
+    name: [f"{RESULTS}/{path}" for path in declared.SOURCES[name].paths(SOURCE_NAMES)]
+    for name in [
+        *["records", "annotations", "session_scores", "differences"],
+        *(["motion_statistics"] if "motion" in BRINGS else []),
+        *(["decoding"] if APART else []),
+        *(["cameras"] if VIRTUAL and FILMED else []),
+    ]
+}
 
 # The videos that the page contains as far as there is room.
 CLIPS = {
@@ -162,10 +172,7 @@ CLIPS = {
 
 rule page:
     input:
-        **{
-            name: [f"{RESULTS}/{path}" for path in declared.SOURCES[name].paths(SOURCE_NAMES)]
-            for name in PAGE_SOURCES
-        },
+        sources=made_from(PAGE_SOURCES),
         template=TEMPLATE / "page.html.jinja",
         parts=PARTS,
         published=PUBLISHED,
@@ -178,7 +185,7 @@ rule page:
         **ABOUT_RUN,
         config=config,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
-        functions=code_hash.modules_hash(declared.modules(EXHIBITS)),
+        function_code=code_hash.modules_hash(declared.modules(EXHIBITS)),
         sources=PAGE_SOURCES,
         clips=[clip | {"link": f"../../{path}"} for path, clip in CLIPS.items()],
         absent=declared.absent(MET),

@@ -25,8 +25,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from cospeech.data import project
 from cospeech.errors import UserError
-from cospeech.workflow import project
 
 ARROW_TYPES = {
     "string": pa.string(),

@@ -8,10 +8,10 @@ from typing import Any
 
 import yaml
 
+from cospeech.data import project
 from cospeech.data.tables import schema_folder
 from cospeech.errors import UserError
 from cospeech.motion.markers import NAMES
-from cospeech.workflow import project
 from cospeech.workflow.takes import calibrates
 
 Config = dict[str, Any]

@@ -79,7 +79,7 @@ def read_card(folder: Path) -> dict[str, Any]:
     """Read the card of the model in ``folder``; see ``read``."""
     path = folder / CARD
     if not folder.is_dir():
-        raise UserError(f"{folder}: no such model folder; build one with 'cospeech models', or correct the path")
+        raise UserError(f"{folder}: no such model folder; build one with 'cospeech run models', or correct the path")
     if not path.is_file():
         raise UserError(f"{folder}: holds no {CARD}, so it is not a model or was not finished; build it again")
     try:

@@ -114,6 +114,7 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 body = {"views": raw} if config["studio"]["film"] else {"motion": f"{raw}.bvh"}
                 record |= body | {"audio": f"{raw}.wav"}
             else:
+                raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
                 record |= {"gestures": f"{raw}.gestures.parquet", "prosody": f"{raw}.prosody.parquet"}
             listed.append(record)
     return listed

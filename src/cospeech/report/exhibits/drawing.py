@@ -34,14 +34,14 @@ def named(names: Iterable[str]) -> list[Exhibit]:
 
 
 def read(work: Job, name: str, run: Run) -> Any:
-    """Read one source from the inputs of a job.
+    """Read one source of a job, whose files its parameter ``sources`` lists by name.
 
     Returns
     -------
     The bytes of a picture; or a table, its files one below the other; or such a table for each system, by name, where
     the files are those of several systems.
     """
-    source, paths = SOURCES[name], list(work.input[name])
+    source, paths = SOURCES[name], list(work.params["sources"][name])
     if source.schema is None:
         return pictures.checked(Path(paths[0]).read_bytes(), paths[0])
     groups = {"pictured": run.pictured, "in_timeline": run.in_timeline, "third_party": run.third_party}
