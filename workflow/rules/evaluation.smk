@@ -137,7 +137,7 @@ if VIRTUAL and FILMED:
             variant=variant_of(SHOWN),
             symbols=list(prosody_labels(MAIN.clusters)),
             shared=SHARED_SETTINGS,
-            own=OWN_SETTINGS,
+            own=own_settings([SHOWN]),
             seed=config["seed"],
             method_code=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
             frame_s=config["speech"]["frame_s"],

@@ -1,13 +1,18 @@
 # Which systems run, which of them are animated and shown, and where their artifacts lie.
 
+# ORIGINAL is not a system, but the record's own motion, labelled like that of the systems. It is the best that a system
+# can reach where it is judged by its motion.
+from cospeech.synthesis.declaration import ORIGINAL
+
 SYNTHESIS = config["synthesis"]
 ANIMATION = config["animation"]
 SHARED_SETTINGS = {key: value for key, value in SYNTHESIS.items() if key != "systems"}
-OWN_SETTINGS = {name: value for name, value in SYNTHESIS["systems"].items() if value}
 
-# Not a system: the record's own motion, labelled like that of the systems. It is the best that a system can reach where
-# it is judged by its motion.
-ORIGINAL = "original"
+
+def own_settings(systems):
+    """The settings that only these systems have: those of others must not rerun their jobs."""
+    decoders = {SYSTEMS[system].decoder for system in systems}
+    return {name: value for name, value in SYNTHESIS["systems"].items() if value and name in decoders}
 
 
 def variant_of(system, setting=MAIN):
