@@ -27,6 +27,7 @@ with job.run(snakemake) as work:
     named = {name: (made[name], schema) for name, schema in system.tables.items()}
     named |= {f"motion~{record}": (motion, "motion") for record, motion in motions.items()}
     named["gestures"] = (gestures[gestures["record"].isin(records)], "segments")
+    named["gesture_model"] = (work.read(work.input.gesture_model, "hmm_model"), "hmm_model")
     named["prosody_model"] = (work.read(work.input.clusters_model, "hmm_model"), "hmm_model")
     card = given["card"] | {
         "system": system.name,

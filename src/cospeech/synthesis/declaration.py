@@ -17,7 +17,10 @@ Need = Literal["gestures", "prosody_labels", "prosody", "motion", "truth"]
 Output = Literal["phrases", "motion"]
 
 ROLES: tuple[Role, ...] = get_args(Role)
-RESERVED = ("phrases", "phrases_seen", "motion", "units", "decoding", "gestures", "prosody_model")
+RESERVED = (
+    *("phrases", "phrases_seen", "motion", "units", "decoding"),
+    *("gestures", "gesture_model", "prosody_model"),
+)
 """Tables that stand next to those of a model, so that a model cannot use their names."""
 
 WRONG_SPEECH: dict[Drive, str] = {
