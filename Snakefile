@@ -1,6 +1,7 @@
 """cospeech: a record goes in as film and sound, passes one room after another as tables, and comes out as
 scores, figures and moving bodies."""
 
+import gc
 import time
 from collections import Counter
 from pathlib import Path
@@ -11,11 +12,17 @@ from snakemake.utils import min_version
 from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
+from cospeech.workflow import records as record_list
+from cospeech.workflow import sweep as settings
+from cospeech.workflow import takes as capture_takes
 from cospeech.errors import UserError
 from cospeech.data.vocabulary import prosody_labels
 from cospeech.synthesis.registry import registered
 
 min_version("9.0")
+
+# Everything that planning creates is needed to its end. Searching it for garbage takes a fifth of the time.
+gc.disable()
 
 
 # The embedded default; what --configfile names is laid over it.
@@ -31,25 +38,29 @@ try:
     ordered = configuration.in_order(config)
     config.clear()
     config.update(ordered)
-    RECORDS = configuration.records(config, RESULTS)
-    BRINGS = configuration.brings(RECORDS)
-    TAKES = configuration.takes(config, RECORDS, RESULTS)
+    RECORDS = record_list.records(config, RESULTS)
+    BRINGS = record_list.brings(RECORDS)
+    TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems, BRINGS)
-    TRANSPLANTS = configuration.transplants(config, RECORDS)
-    OWN_TAKE = configuration.calibration_films(config)
+    configuration.check_systems(config, CHOSEN.systems, BRINGS, CHOSEN.failed())
+    TRANSPLANTS = record_list.transplants(config, RECORDS)
+    OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
     raise WorkflowError(str(error)) from None
 
+if workflow.is_main_process:
+    for failure in CHOSEN.failures:
+        progress.write_line(f"cospeech: {failure.message}")
+
 # The takes that come as films, one of each camera of the rig.
-FILMED = [take for take, files in TAKES.items() if not configuration.is_marker_file(files[0])]
+FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
 # The records whose joint angles come from markers or films.
 CAPTURED = [record for record in RECORDS if record in TAKES]
-VIEWS = list(configuration.STUDIO_VIEWS) if VIRTUAL and FILMED else []
+VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
-MAIN = configuration.main_setting(config)
-SWEEP = configuration.sweep_settings(config)
+MAIN = settings.main_setting(config)
+SWEEP = settings.sweep_settings(config)
 SYSTEMS = CHOSEN.systems
 
 
@@ -58,7 +69,7 @@ def one_of(names):
 
     Snakemake searches a constraint anew for every path, and a long list of names takes long.
     """
-    return "|".join(names) if len(names) <= 100 else configuration.NAME
+    return "|".join(names) if len(names) <= 100 else record_list.NAME
 
 
 wildcard_constraints:
@@ -73,6 +84,8 @@ include: "workflow/rules/calibration.smk"
 
 
 # Without records a run calibrates a rig, and nothing else.
+MODELS, SWEEP_FIGURES = [], []
+
 if RECORDS:
 
     include: "workflow/rules/systems.smk"
@@ -108,7 +121,7 @@ rule all:
 
 rule sweep:
     input:
-        expand(f"{REPORTS}/figures/{{figure}}.svg", figure=["fig-7.2a", "fig-7.2b"]),
+        SWEEP_FIGURES,
 
 
 rule annotate:
@@ -127,9 +140,7 @@ rule markers:
 
 rule models:
     input:
-        [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
-        if BRINGS >= {"motion", "audio"}
-        else [],
+        MODELS,
 
 
 rule calibration:
@@ -163,6 +174,8 @@ onstart:
         run_lock.hold(Path(RESULTS, ".lock"))
     except UserError as error:
         raise WorkflowError(str(error)) from None
+    gc.freeze()
+    gc.enable()
     if not workflow.non_local_exec:
         # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
         # once more for each job that has ended.

@@ -1,8 +1,8 @@
-"""Time filming and tracking, and measure their memory, in one run: python bench/capture.py
+"""Measure the speed and memory of rendering and tracking video: python bench/capture.py
 
-The range-of-motion take is drawn, encoded, decoded and tracked on one thread, at full and at half size. Rates of
-decoding with and without tracking are the best of three passes each, taken in turn; drawing is the best of 40
-pictures, as other work on the machine spoils single ones.
+The range-of-motion take is drawn, encoded, decoded and tracked on one thread, at full and at half size. Decoding with
+and without tracking take turns, and the best of three passes counts; for drawing it is the best of 40 frames, because
+other work on the machine disturbs single ones.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LENGTHS_S = (10, 60)
 
 
 def scene(n_frames: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limbs and markers of the take, from where arms move, over and over for ``n_frames`` frames."""
+    """Return limbs and markers of ``n_frames`` frames: the part of the take in which arms move, repeated."""
     motion = range_of_motion.perform(rig.FPS)
     motion = pd.concat([motion] * (n_frames // len(motion) + 1), ignore_index=True)[:n_frames]
     return stage.limbs(motion), dress.wear(motion, dress.places(ACTOR, SEED))
@@ -42,26 +42,26 @@ def timed(work: Callable[[], object]) -> float:
 
 
 def exhaust(pictures: Iterable[object]) -> None:
-    """Take every picture and keep none."""
+    """Consume all frames."""
     for _ in pictures:
         pass
 
 
 def shoot(folder: Path, cameras: list[Camera], n_frames: int) -> list[footage.Film]:
-    """Return the films of the take, written to ``folder``."""
+    """Write the videos of the take to ``folder`` and return their paths."""
     limbs, markers = scene(n_frames)
     for camera in cameras:
         shots = film.frames(camera, limbs, markers, SEED)
         film.encode(folder / f"{camera.name}.mkv", (planes for planes, _ in shots), rig.FPS)
-    return [footage.examine(folder / f"{camera.name}.mkv") for camera in cameras]
+    return [footage.probe(folder / f"{camera.name}.mkv") for camera in cameras]
 
 
 def speed(folder: Path, width_px: int, n_frames: int) -> bool:
-    """Print the speeds at one size; return whether tracking reaches its goal."""
+    """Print the speeds at one size, and return whether tracking reaches its goal."""
     cameras = rig.cameras(width_px, SEED)
     limbs, markers = scene(n_frames)
     films = shoot(folder, cameras, 4)
-    track.follow(films, cameras, "robust", 4, where="bench")  # compiled
+    track.track_markers(films, cameras, "robust", 4, where="bench")  # compile
     pictures = [planes.copy() for planes, _ in film.frames(cameras[2], limbs[:40], markers[:40], SEED)]
     encoding = min(timed(lambda: film.encode(folder / "c.mkv", pictures, rig.FPS)) for _ in range(3)) / len(pictures)
     shots = film.frames(cameras[2], limbs, markers, SEED)
@@ -70,7 +70,7 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
     passes = [
         (
             timed(lambda: exhaust(footage.read(films, n_frames))),
-            timed(lambda: track.follow(films, cameras, "robust", n_frames, where="bench")),
+            timed(lambda: track.track_markers(films, cameras, "robust", n_frames, where="bench")),
         )
         for _ in range(3)
     ]
@@ -83,12 +83,12 @@ def speed(folder: Path, width_px: int, n_frames: int) -> bool:
 
 
 def memory(seconds: int) -> None:
-    """Print the peak memory of filming, then of tracking, in this process, megabytes."""
+    """Print the peak memory of this process in MB after rendering, and after tracking."""
     cameras, n_frames = rig.cameras(rig.FULL_PX[0] // 2, SEED), round(seconds * rig.FPS)
     with tempfile.TemporaryDirectory() as folder:
         films = shoot(Path(folder), cameras, n_frames)
         filming = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        found = track.follow(films, cameras, "robust", n_frames, where="bench")
+        found = track.track_markers(films, cameras, "robust", n_frames, where="bench")
         world = detections.world_table(found, rig.FPS, 0.5)
         detections.view_table(found, world, cameras)
         tracking = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -1,9 +1,10 @@
-"""Draw time and memory against hours of speech and number of records: python bench/growth.py [--most-hours 100]
+"""Plot time and memory against hours of speech and number of records: python bench/growth.py [--most-hours 100]
 
-Labels and features without sound (as config/long.yaml) go through the workflow to the session scores: first two
-actors with four records each that grow longer, then actors of four one-minute records, more and more. (More records
-of one actor are more folds, each trained on more: leaving one out is quadratic in them by what it is.) Last, how long
-planning 10,000 jobs takes, and Snakemake alone for as many that hold nothing. Table and figure land in bench/out.
+Labels and features without sound (as in config/long.yaml) pass through the workflow to the session scores: first of
+two actors with four records each of increasing length, then of an increasing number of actors with four records of
+one minute. (The time is quadratic in the records of one actor, because leave-one-out has more folds, each trained on
+more records.) Finally, the time to plan 10,000 jobs is measured, and that of Snakemake for as many empty jobs. Table
+and figure are written to bench/out.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from runs import OUT, RUN, Took, folder, snakemake
 HOURS = (1 / 6, 1 / 2, 3 / 2, 5, 20, 100)
 RECORDS = (8, 24, 72)
 PLANNED_RECORDS = 2_500
-"""So many records are 10,003 jobs."""
+"""The number of records that makes 10,003 jobs."""
 
 BARE = """
 rule end:
@@ -31,14 +32,14 @@ rule step:
     log: "logs/{step}/{record}"
     shell: "touch {output}"
 """
-"""As many jobs with next to nothing in them: what planning costs Snakemake itself."""
+"""The same number of empty jobs: what planning costs in Snakemake itself."""
 
 EXPONENT_GOAL, PEAK_GOAL_MB, PLANNING_GOAL_S = 1.05, 2048, 15
 SCORES = f"results/{RUN}/evaluation/session_scores.parquet"
 
 
 def config(actors: int, duration_s: float) -> dict[str, Any]:
-    """Return the configuration of actors with four records each, without sound or sweep."""
+    """Return a configuration of actors with four records each, without sound and sweep."""
     cast = [
         {"actor": f"a{number}", "voice": ("Female1", "Male1")[number % 2], "records": 4, "duration_s": duration_s}
         for number in range(actors)
@@ -47,14 +48,14 @@ def config(actors: int, duration_s: float) -> dict[str, Any]:
 
 
 def exponent(points: pd.DataFrame, axis: str, measure: str) -> tuple[float, float]:
-    """Return the slope of the logarithms over all points, and between the last two, where starts weigh least."""
+    """Return the slope of the logarithms over all points, and between the last two, where start-up matters least."""
     size, took = np.log(points[axis]), np.log(points[measure])
     last = np.diff(took.to_numpy()[-2:]) / np.diff(size.to_numpy()[-2:])
     return float(np.polyfit(size, took, 1)[0]), float(last[0])
 
 
 def figure(table: pd.DataFrame) -> None:
-    """Draw processor time and peak memory, a column for each way to grow."""
+    """Plot processor time and peak memory, with one column for each way to grow."""
     panes, axes = plt.subplots(2, 2, figsize=(9, 6), sharey="row", layout="constrained")
     for column, (axis, label) in enumerate((("hours", "hours of speech"), ("records", "records of a minute"))):
         points = table[table["growing"] == axis]
@@ -75,7 +76,7 @@ def figure(table: pd.DataFrame) -> None:
 
 
 def planning() -> dict[str, tuple[int, Took]]:
-    """Return how many jobs a dry run planned, and what it took: ours, and as many bare ones."""
+    """Return the number of jobs that a dry run planned, and the cost of planning them and as many empty ones."""
     paths = {"ours": folder("planning", config(PLANNED_RECORDS // 4, 60)), "bare": folder("planning_bare", {})}
     snakefile = paths["bare"] / "Snakefile"
     snakefile.write_text(BARE)
@@ -84,12 +85,12 @@ def planning() -> dict[str, tuple[int, Took]]:
         "ours": snakemake(paths["ours"], SCORES, *quiet),
         "bare": snakemake(paths["bare"], *quiet, snakefile=snakefile),
     }
-    said = {name: (path / "said.log").read_text() for name, path in paths.items()}
+    said = {name: (path / "snakemake.log").read_text() for name, path in paths.items()}
     return {name: (int(re.search(r"^total +(\d+)", said[name], re.MULTILINE).group(1)), took[name]) for name in paths}
 
 
 def main() -> None:
-    """Print the table, the exponents and whether the goals were reached."""
+    """Print the table, the exponents, and whether the goals were reached."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--most-hours", type=float, default=5.0)
     parser.add_argument("--most-records", type=int, default=24)

@@ -1,7 +1,8 @@
-"""Time inverse kinematics against scipy's Levenberg-Marquardt, in one run: python bench/kinematics.py
+"""Compare the speed of inverse kinematics with scipy's Levenberg-Marquardt: python bench/kinematics.py
 
-Both seek the 26 freedoms of the body model from 15 noisy markers, frame by frame from the pose before. Ours computes
-derivatives by formula in compiled code; scipy's (MINPACK) takes differences of the same compiled residuals.
+Both estimate the 26 degrees of freedom of the body model from 15 noisy markers, starting each frame from the pose of
+the previous one. Ours uses analytic derivatives in compiled code, scipy's (MINPACK) finite differences of the same
+compiled residuals.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ FRAMES, SCIPY_FRAMES, GOAL = 6_000, 100, 5_000
 
 
 def subject(draw: np.random.Generator) -> BodyModel:
-    """Return a body of the usual proportions with markers within 10 cm of the joints."""
+    """Return a body with the usual proportions and markers within 10 cm of the joints."""
     still = skeleton.forward(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))
     joint = {"thorax": "chest", "left_leg": "left_thigh", "right_leg": "right_thigh"}
     places = np.array([still[joint.get(name, name)][0] for name in NAMES])
@@ -28,7 +29,7 @@ def subject(draw: np.random.Generator) -> BodyModel:
 
 
 def stepped(model: BodyModel, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parts' orientations and places in the world after ``step`` (26,) from the static pose."""
+    """Return the orientations and positions of the body parts after a ``step`` (26,) from the static pose."""
     turn, slide = np.tile(np.eye(3), (len(NAMES), 1, 1)), model.offsets_m.copy()
     ik._step(turn, slide, step, ik.PART, ik.AXIS, ik.SLIDES)
     turns, places = np.empty_like(turn), np.empty_like(slide)
@@ -37,7 +38,7 @@ def stepped(model: BodyModel, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def film(model: BodyModel, draw: np.random.Generator) -> np.ndarray:
-    """Return markers (FRAMES, M, 3) of a body that swings in all its freedoms, elbows bent, with 0.5 mm of noise."""
+    """Return markers (FRAMES, M, 3), with 0.5 mm of noise, of a body that moves in all degrees of freedom."""
     hertz, phase = draw.uniform(0.1, 0.6, len(ik.PART)), draw.uniform(0, 6, len(ik.PART))
     reach = np.where(ik.SLIDES, 0.05, 0.4)
     middle = np.where(np.isin(ik.PART, ik.ELBOWS), -0.8, 0.0)
@@ -49,7 +50,7 @@ def film(model: BodyModel, draw: np.random.Generator) -> np.ndarray:
 
 
 def scipy_rate(model: BodyModel, seen: np.ndarray) -> float:
-    """Return scipy's frames a second."""
+    """Return the speed of scipy in frames per second."""
     residual, weight = np.empty((len(markers.NAMES), 3)), 1.0 / TOLERANCES_M
 
     def residuals(step: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -64,16 +65,16 @@ def scipy_rate(model: BodyModel, seen: np.ndarray) -> float:
 
 
 def main() -> None:
-    """Print both rates and their ratio."""
+    """Print both speeds and their ratio."""
     draw = np.random.default_rng(0)
     model = subject(draw)
     seen = film(model, draw)
-    ik.solve(model, seen[:2])  # compiled
+    ik.solve(model, seen[:2])  # compile
     start = time.perf_counter()
     steps = ik.solve(model, seen).steps
     ours = FRAMES / (time.perf_counter() - start)
     theirs = scipy_rate(model, seen)
-    print(f"inverse kinematics: {ours:,.0f} frames/s, {steps.mean():.1f} steps a frame, goal {GOAL:,}")
+    print(f"inverse kinematics: {ours:,.0f} frames/s, {steps.mean():.1f} steps per frame, goal {GOAL:,}")
     print(f"scipy:              {theirs:,.0f} frames/s, ours is {ours / theirs:,.0f} times as fast")
     print("goal reached" if ours >= GOAL else "GOAL MISSED")
 

@@ -1,13 +1,13 @@
-"""Time one EM iteration and Viterbi decoding against hmmlearn, in one run: python bench/markov.py [frames ...]
+"""Compare the speed of an EM iteration and of Viterbi decoding with hmmlearn: python bench/markov.py [frames ...]
 
-Both sides hold the same parallel HMM (hmmlearn a dense transition matrix, in its faster implementation, ``scaling``),
-start from the same parameters, see the same six features in float64, and work in one thread. The log-likelihoods must
-agree to 1e-9, else the run ends with an error. The sides take turns; times are the processor's, which other programs
-do not count into, and the best and the median of the rounds are compared.
+Both have the same parallel HMM (in hmmlearn with a dense transition matrix and its faster implementation,
+``scaling``), the same initial parameters and the same six features in float64, and use one thread. Their
+log-likelihoods must agree to 1e-9, or the run ends with an error. They take turns; processor times are compared, both
+the best and the median of the rounds.
 
-*Limit* says what stops ours: the ratio that it would reach if it did nothing but its multiplications (counted in the
-source, with an addition to each or not) at the rate at which this processor multiplies vectors in registers, measured
-in the same rounds.
+*Limit* is the ratio that ours would reach if it did nothing but its multiplications (counted in the source, each with
+or without an addition) at the speed at which this processor multiplies vectors in registers, which is measured in the
+same rounds.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from cospeech.markov.parallel_scaled import BLOCK, KEPT
 
 FEATURES = 6
 SETTINGS = ((8, 3), (16, 9))
-LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes, 2 hours at 40 frames a second
+LENGTHS = (4_800, 48_000, 288_000)  # 2 minutes, 20 minutes and 2 hours at 40 frames per second
 FLOOR = np.full(FEATURES, 1e-3)
 FORWARD_PRODUCTS = 2 * FEATURES + 14 + 3
 EM_PRODUCTS = 5 + 2 * FEATURES
-"""Multiplications a frame and state: of a density, its exponential and the forward pass, once in kept blocks and
-twice before them; and of what remains: the backward pass and the sums."""
+"""Multiplications per frame and state: for a density, its exponential and the forward pass, once in blocks that are
+kept and twice in others; and for the rest, the backward pass and the sums."""
 VITERBI_PRODUCTS = 2 * FEATURES
 
 
 def planted(branches: int, states: int, rng: np.random.Generator) -> ParallelHMM:
-    """Return a model whose states overlap as those of prosody do."""
+    """Return a model whose states overlap about as much as those of prosody."""
     return ParallelHMM(
         rng.dirichlet(np.full(branches, 5.0)),
         rng.uniform(0.7, 0.95, (branches, states)),
@@ -60,7 +60,7 @@ def draw(model: ParallelHMM, n_frames: int, rng: np.random.Generator) -> npt.NDA
 
 
 def dense(model: ParallelHMM) -> GaussianHMM:
-    """Return the same model as hmmlearn's."""
+    """Return the model in the form of hmmlearn."""
     branches, states, _ = model.mean.shape
     first = np.arange(branches) * states
     transitions = np.diag(model.stay.ravel())
@@ -80,7 +80,7 @@ def dense(model: ParallelHMM) -> GaussianHMM:
 
 @njit
 def multiply(numbers: npt.NDArray[np.float64], times: int) -> None:
-    """Multiply and add six vectors at a time, which is enough to keep the processor's multipliers busy."""
+    """Multiply and add six vectors at a time, which keeps the multipliers of the processor busy."""
     a, b, c = lanes.take(numbers, (0,)), lanes.take(numbers, (1,)), lanes.take(numbers, (2,))
     d, e, f = lanes.take(numbers, (3,)), lanes.take(numbers, (4,)), lanes.take(numbers, (5,))
     x, y = lanes.take(numbers, (6,)), lanes.take(numbers, (7,))
@@ -90,7 +90,7 @@ def multiply(numbers: npt.NDArray[np.float64], times: int) -> None:
 
 
 def in_turn(tasks: dict[str, Callable[[], object]], rounds: int, spell_s: float = 0.1) -> dict[str, list[float]]:
-    """Return the times of each task in ms of processor time: the best of each spell of a round."""
+    """Return the processor times of each task in ms, the best of several runs for each round."""
     times: dict[str, list[float]] = {name: [] for name in tasks}
     for _ in range(rounds):
         for name, task in tasks.items():
@@ -104,10 +104,10 @@ def in_turn(tasks: dict[str, Callable[[], object]], rounds: int, spell_s: float 
 
 
 def peak_mb(task: Callable[[], object]) -> float:
-    """Return how far the resident memory rises in a task above what it was before, in MB (Linux only, else nan)."""
+    """Return the peak increase of resident memory during a task in MB (NaN on systems other than Linux)."""
     try:
-        ctypes.CDLL(None).malloc_trim(0)  # free memory that is kept for reuse would hide what the task takes
-        Path("/proc/self/clear_refs").write_text("5")  # the peak counts from here
+        ctypes.CDLL(None).malloc_trim(0)  # free memory that is kept for reuse would hide the use of the task
+        Path("/proc/self/clear_refs").write_text("5")  # reset the peak
         before = resident_mb("VmRSS")
         task()
         return resident_mb("VmHWM") - before
@@ -116,13 +116,13 @@ def peak_mb(task: Callable[[], object]) -> float:
 
 
 def resident_mb(field: str) -> float:
-    """Return a field of this process's memory status in MB."""
+    """Return a field of the memory status of this process in MB."""
     status = Path("/proc/self/status").read_text()
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith(field)) / 1024
 
 
 def main() -> None:
-    """Print a line for each setting and length."""
+    """Print one line for each setting and length."""
     lengths = tuple(int(argument) for argument in sys.argv[1:]) or LENGTHS
     print(f"One EM iteration and Viterbi, D = {FEATURES}, one thread, float64; processor time in ms")
     print(
@@ -140,12 +140,12 @@ def main() -> None:
 
 
 def one_iteration(model: ParallelHMM, frames: npt.NDArray[np.float64]) -> ParallelHMM:
-    """Do what ``parallel.fit`` does in an iteration."""
+    """Run one iteration of ``parallel.fit``."""
     return parallel.maximise(model, parallel.expect(model, [frames]), FLOOR)
 
 
 def compare(start: ParallelHMM, frames: npt.NDArray[np.float64]) -> None:
-    """Time both sides on one sequence and print the line."""
+    """Time both on one sequence and print one line."""
     n_frames, (branches, states) = len(frames), start.stay.shape
     numbers, products = np.full((8, LANES), 0.5), 6 * LANES * 20_000
     beyond = peak_mb(lambda: (one_iteration(start, frames), parallel.decode(start, frames)))

@@ -1,4 +1,4 @@
-"""Running the workflow in a folder of its own under ``bench/out``, and what it took."""
+"""Runs of the workflow in a separate folder under ``bench/out``, with their time and memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RUN = "bench"
 
 
 class Took(NamedTuple):
-    """Seconds that passed, seconds of all processors, and the peak memory of the largest process."""
+    """Elapsed seconds, processor seconds, and the peak memory of the largest process."""
 
     wall_s: float
     cpu_s: float
@@ -26,7 +26,7 @@ class Took(NamedTuple):
 
 
 def folder(name: str, config: dict[str, Any]) -> Path:
-    """Return an empty folder with this configuration in it."""
+    """Return a new folder that contains only this configuration."""
     path = OUT / name
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir(parents=True)
@@ -35,11 +35,11 @@ def folder(name: str, config: dict[str, Any]) -> Path:
 
 
 def snakemake(path: Path, *arguments: str, snakefile: Path = ROOT / "Snakefile") -> Took:
-    """Run Snakemake there to its end; what it says lands in ``said.log``.
+    """Run Snakemake in folder ``path``; its output is written to ``snakemake.log``.
 
     Raises
     ------
-    SystemExit : where it fails.
+    SystemExit : if Snakemake fails.
     """
     command = [
         *(sys.executable, "-m", "snakemake", *arguments, "--snakefile", str(snakefile)),
@@ -47,10 +47,10 @@ def snakemake(path: Path, *arguments: str, snakefile: Path = ROOT / "Snakefile")
     ]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src"), "PYTHONWARNINGS": "ignore"}
     begun_s = time.perf_counter()
-    with (path / "said.log").open("w") as said:
+    with (path / "snakemake.log").open("w") as said:
         process = subprocess.Popen(command, env=environment, stdout=said, stderr=subprocess.STDOUT)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        sys.exit(f"snakemake failed; see {path / 'said.log'}")
+        sys.exit(f"snakemake failed; see {path / 'snakemake.log'}")
     return Took(time.perf_counter() - begun_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)

@@ -18,8 +18,8 @@ PACKAGE = code_hash.PACKAGE
 ROOT = PACKAGE.parents[1]
 DRAWING = Path(__file__).with_name("package.svg")
 
-ENTRY_POINTS = ("cli", "api", "scripts")
-"""What may import several rooms; ``scripts`` is the folder of that name beside ``src``."""
+ENTRY_POINTS = ("api", "cli", "commands", "scripts")
+"""What may import several rooms; ``scripts`` is the folder of that name next to ``src``."""
 
 ROOMS = (
     "studio", "corpus", "capture", "speech", "segmentation",
@@ -144,7 +144,7 @@ class Canvas:
 
 def draw(imports: Imports) -> str:
     """Return the drawing as SVG."""
-    entries = [name for name in ENTRY_POINTS if name in imports]
+    entries = by_level((name for name in ENTRY_POINTS if name in imports), imports)
     rooms = [name for name in ROOMS if name in imports]
     foundations = by_level((name for name in FOUNDATIONS if name in imports), imports)
     bars = [*entries, *foundations]

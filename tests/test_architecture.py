@@ -79,3 +79,22 @@ def test_the_drawing_shows_each_import_as_one_arrow():
     assert [drawn.count(f">{name}<") for name in (*imports, "corpus")] == [1, 1, 1, 1, 0]
     with pytest.raises(CycleError):
         draw_package.by_level({"data", "errors"}, {"data": {"errors"}, "errors": {"data"}})
+
+
+def test_no_system_is_named_outside_synthesis():
+    from cospeech.synthesis import controls, hsmm
+
+    names = {system.name for system in (*controls.SYSTEMS, *hsmm.SYSTEMS)}
+    rules = [ROOT / "Snakefile", *sorted((ROOT / "workflow").rglob("*.smk"))]
+    found = []
+    for path in [path for path in MODULES if part(path) != "synthesis"] + SCRIPTS:
+        nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        found += [
+            f"{name(path)}:{node.lineno} {node.value}"
+            for node in nodes
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names
+        ]
+    for path in rules:
+        text = path.read_text(encoding="utf-8")
+        found += [f"{name(path)} {word}" for word in names if f'"{word}"' in text or f"'{word}'" in text]
+    assert found == []

@@ -11,7 +11,7 @@ import pytest
 import cospeech
 from cospeech import cli
 from cospeech.commands import workflow
-from cospeech.workflow import project
+from cospeech.data import project
 
 COMMANDS = ("report", "sweep", "verify", "run")
 

@@ -1,4 +1,4 @@
-"""The cameras of the rig: from a laser's spot or a board that they saw together, or from a file."""
+"""Calibrate the cameras of the rig from a laser spot or a board, or read them from a camera file."""
 
 import numpy as np
 
@@ -23,23 +23,24 @@ with job.run(snakemake) as work:
         cameras, points_m = camera_toml.read(work.input.take[0], work.params["up"]), np.empty((0, 3))
         trust = quality.unknown(cameras)
     else:
-        films = [footage.examine(path, colour=method == "laser") for path in work.input.take]
+        films = [footage.probe(path, colour=method == "laser") for path in work.input.take]
         names, sizes_px = [film.path.stem for film in films], [film.size_px for film in films]
         if method == "laser":
             observations, frames = laser.observations(work.read(work.input.laser, "laser"), names)
             found, points, used = self_calibration.calibrate(names, observations, sizes_px, work.params["seed"])
-            change = world_frame.stated(found, facts, points, frames)
+            change = world_frame.from_facts(found, facts, points, frames)
         else:
             declared = board.read(work.input.board)
             corners = board.observations(declared, work.read(work.input.corners, "corners"), names)
             found, points, used = board.calibrate(declared, names, corners, sizes_px)
             observations = corners.reshape(len(names), -1, 2)
-            change = board.lying(declared, found, points, facts)
+            change = board.to_world(declared, found, points, facts)
         trust = quality.table(found, points, used, observations)
         cameras, points_m = change.cameras(found), change.points(points)
         for row in trust.itertuples():
             work.say(
-                f"{row.camera}: {row.rms_px:.3f} px over {row.n_points} points, {row.coverage:.0%} of the picture"
+                f"{row.camera}: reprojection error {row.rms_px:.3f} px over {row.n_points} points that cover "
+                f"{row.coverage:.0%} of the image"
             )
     table = camera.to_table(cameras).merge(trust[["camera", "rms_px", "n_points"]], on="camera", validate="1:1")
     table["footage"] = table["camera"].map(fingerprint.of_take(list(table["camera"]), work.input.take))

@@ -1,4 +1,4 @@
-"""The corners of the board in every view of the calibration take."""
+"""Detect the corners of the board in every view of the calibration take."""
 
 from cospeech.capture.calibration import board
 from cospeech.capture.tracking import footage
@@ -6,10 +6,10 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     declared = board.read(work.input.board)
-    films = [footage.examine(path, colour=False) for path in work.input.films]
-    footage.in_step(films, work.params["most_frames_apart"])
+    films = [footage.probe(path, colour=False) for path in work.input.films]
+    footage.common_length(films, work.params["most_frames_apart"])
     views = []
     for film in films:
-        views.append(board.sightings(declared, film.path.stem, footage.brightness(film)))
-        work.say(f"{film.path.stem}: the board in {views[-1]['frame'].nunique()} of {film.n_frames} frames")
+        views.append(board.detections(declared, film.path.stem, footage.brightness(film)))
+        work.say(f"{film.path.stem}: board detected in {views[-1]['frame'].nunique()} of {film.n_frames} frames")
     work.write(views, work.output.corners, "corners")

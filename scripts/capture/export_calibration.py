@@ -1,4 +1,4 @@
-"""The cameras as a TOML file that Pose2Sim and other programs read."""
+"""Export the cameras as a TOML file that Pose2Sim and other programs read."""
 
 from pathlib import Path
 

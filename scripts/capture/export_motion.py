@@ -1,4 +1,4 @@
-"""Markers and motion of one record for other programs: TRC, C3D and BVH."""
+"""Export the markers and the motion of one record for other programs: TRC, C3D and BVH."""
 
 from cospeech.data import trajectories
 from cospeech.formats import bvh, c3d, trc

@@ -1,4 +1,4 @@
-"""The markers of one take from the file of another system, under our names and axes."""
+"""Import the markers of one take from the file of another system, with our names and axes."""
 
 from cospeech.capture.fitting import marker_file
 from cospeech.capture.tracking import quality_sheet
@@ -7,8 +7,8 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     declared = work.params["markers"]
-    given = declared["names"]
-    names = {name: name for name in markers.NAMES} if given == "cospeech" else given
+    mapped = declared["names"]
+    names = {name: name for name in markers.NAMES} if mapped == "cospeech" else mapped
     world = marker_file.read(
         work.input.file, names, declared["up"], declared["facing"], work.params["longest_hidden_s"]
     )

@@ -1,4 +1,4 @@
-"""Joint angles of one record from its markers, by the body model of its actor's range-of-motion take."""
+"""Fit the joint angles of one record to its markers, with the body model from the actor's range-of-motion take."""
 
 from cospeech.capture.fitting import skeleton_fit
 from cospeech.workflow import job

@@ -1,4 +1,4 @@
-"""Follow the markers of one record through its films: where they are in every view and in the world."""
+"""Track the markers of one take in every view and in 3D."""
 
 from cospeech.capture.calibration import fingerprint
 from cospeech.capture.tracking import clicks, detections, footage, quality_sheet, track
@@ -10,9 +10,9 @@ with job.run(snakemake) as work:
     rig = work.read(work.input.cameras, "cameras")
     fingerprint.check(dict(zip(rig["camera"], rig["footage"], strict=True)), work.input.calibration)
     began = work.read(work.input.offsets, "offsets") if work.input.get("offsets") else None
-    films, cameras = footage.of_take(work.input.films, began, camera.from_table(rig))
+    films, cameras = footage.open_take(work.input.films, began, camera.from_table(rig))
     n_frames = footage.check(films, cameras, settings["most_frames_apart"])
-    found = track.follow(
+    found = track.track_markers(
         films,
         cameras,
         settings["method"],

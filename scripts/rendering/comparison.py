@@ -10,6 +10,7 @@ with job.run(snakemake) as work:
         for title, motion, phrases in zip(work.params["titles"], work.input.motions, work.input.phrases, strict=True)
     ]
     caption = f"{work.wildcards.record} · {work.corpus}"
+    shown = [panel for panel in panels if not panel.motion.empty]  # not the systems that failed
     with tables.replacing(work.output.video) as path:
         sound, footage = work.input.get("audio"), work.input.get("shot") or None
-        video.write_video(path, panels, caption, sound=sound, footage=footage, **work.params["settings"])
+        video.write_video(path, shown, caption, sound=sound, footage=footage, **work.params["settings"])

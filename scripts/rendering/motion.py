@@ -1,5 +1,9 @@
-"""Synthesise the motion of one record under several systems, and the phrases that are recognised in the motion."""
+"""Synthesise the motion of one record under several systems, and the phrases that are recognised in the motion.
 
+A system that failed planned no phrases or made no frames; what this script makes of that is empty as well.
+"""
+
+from cospeech.data import tables
 from cospeech.formats import bvh
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.segmentation import gesture, labelled_hmm
@@ -15,6 +19,11 @@ with job.run(snakemake) as work:
     synthesised = []
     for place, system in enumerate(work.params["planned"]):
         phrases = work.read(work.input.phrases[place], "segments")
+        if phrases.empty:
+            synthesised.append(original.iloc[:0])
+            work.write(tables.empty("units"), work.output.units[place], "units")
+            work.write(synthesised[place], work.output.motion[place], "motion")
+            continue
         selected = unit_selection.select(phrases, pool, len(original), fps, weight)
         synthesised.append(assembly.motion(selected, pool, motions, original, **settings["smoothing"]))
         work.write(selected, work.output.units[place], "units")
@@ -22,7 +31,8 @@ with job.run(snakemake) as work:
         work.say(f"{system}: {unit_selection.summary(selected, weight)}")
     synthesised += [work.read(path, "motion") for path in work.input.made]
     for motion, bvh_path, seen_path in zip(synthesised, work.output.bvh, work.output.seen, strict=True):
-        bvh.write(motion, bvh_path)
-        work.write(gesture.unconstrained_phrases(model, record, motion), seen_path, "segments")
+        bvh.write(original.iloc[:0] if motion.empty else motion, bvh_path, fps)
+        seen = tables.empty("segments") if motion.empty else gesture.unconstrained_phrases(model, record, motion)
+        work.write(seen, seen_path, "segments")
     if work.output.original:
         work.write(gesture.unconstrained_phrases(model, record, original), work.output.original, "segments")

@@ -1,9 +1,10 @@
-"""The quality sheet of one filmed record, in one file beside its video."""
+"""The quality sheet of one filmed record, a file that refers to its video."""
 
 import os
 from pathlib import Path
 
-from cospeech.report import output, page, quality, style, videos
+from cospeech.report import output, quality, style
+from cospeech.report.page import rendering, svg, videos
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
@@ -14,7 +15,7 @@ with job.run(snakemake) as work:
     content = {
         "record": record,
         "corpus": work.corpus,
-        "timeline": page.inline_svg(style.as_svg(quality.timeline(world)), "timeline", "Status of each marker"),
+        "timeline": svg.inline(style.as_svg(quality.timeline(world)), "timeline", "Status of each marker"),
         "markers": quality.marker_table(world),
         "spans": quality.span_table(spans),
         "n_spans": len(spans),
@@ -23,4 +24,4 @@ with job.run(snakemake) as work:
         "overlay": os.path.relpath(work.input.overlay, Path(work.output.sheet).parent),
         "corrections": work.params["corrections"],
     }
-    output.save_bytes(page.render(work.input.template, **content).encode(), work.output.sheet)
+    output.save_bytes(rendering.render(work.input.template, **content).encode(), work.output.sheet)

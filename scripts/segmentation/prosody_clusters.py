@@ -1,5 +1,7 @@
 """Train the prosody clusters of one fold, and segment the actor's records into intonation phrases."""
 
+from pathlib import Path
+
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.workflow import job
 
@@ -9,6 +11,7 @@ with job.run(snakemake) as work:
     training = [tables[record] for record in work.params["training"]]
     found = prosody.train(training, *work.params["setting"], work.params["settings"], work.params["seed"])
     work.say(prosody.summary(found.fit))
-    work.write(prosody.phrases(found.model, tables, work.params["frame_s"]), work.output.segments, "segments")
-    work.write(labelled_hmm.to_table(found.model), work.output.model, "hmm_model")
-    work.write(found.fit, work.output.fit, "hmm_fit")
+    segments = Path(work.output.segments)
+    work.write(labelled_hmm.to_table(found.model), segments.with_name("model.parquet"), "hmm_model")
+    work.write(found.fit, segments.with_name("fit.parquet"), "hmm_fit")
+    work.write(prosody.phrases(found.model, tables, work.params["frame_s"]), segments, "segments")

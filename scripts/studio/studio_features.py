@@ -1,19 +1,21 @@
-"""Make the prosody features and the gesture phrases of one record, without sound or motion."""
+"""Simulate the prosody features and gesture phrases of an actor's records, without sound or motion."""
 
 from cospeech.studio import features, voice
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    record = work.wildcards.record
-    gestures = work.read(work.input.gesture_phrases, "segments").query("record == @record")
-    prosody = work.read(work.input.prosody_phrases, "segments").query("record == @record")
-    table = features.features(
-        record,
-        prosody,
-        voice.base_hz(work.params["voice"]),
-        work.params["frame_s"],
-        work.params["voiced_gain"],
-        work.params["seed"],
-    )
-    work.write(table, work.output.prosody, "prosody")
-    work.write(gestures, work.output.gestures, "segments")
+    gestures = work.read(work.input.gesture_phrases, "segments").groupby("record")
+    prosody = work.read(work.input.prosody_phrases, "segments").groupby("record")
+    # Once: Praat's synthesiser has a state, and a second call in the same process gives another pitch.
+    base_hz = voice.base_hz(work.params["voice"])
+    for record in work.params["records"]:
+        table = features.features(
+            record,
+            prosody.get_group(record),
+            base_hz,
+            work.params["frame_s"],
+            work.params["voiced_gain"],
+            work.params["seed"],
+        )
+        work.write(table, f"{work.output.features}/{record}.prosody.parquet", "prosody")
+        work.write(gestures.get_group(record), f"{work.output.features}/{record}.gestures.parquet", "segments")

@@ -1,4 +1,4 @@
-"""Film the calibration take from all cameras, and tell where the spot is."""
+"""Film the calibration take from all cameras, and save the true positions of the laser spot."""
 
 from cospeech.data import tables
 from cospeech.geometry import camera
@@ -8,7 +8,7 @@ from cospeech.workflow import job
 with job.run(snakemake) as work:
     seed = work.params["seed"]
     cameras = camera.from_table(work.read(work.input.cameras, "cameras"))
-    seen = laser.sightings(cameras, laser.walk(laser.N_FRAMES, seed), seed)
+    seen = laser.visible_spots(cameras, laser.walk(laser.N_FRAMES, seed), seed)
     for view, path in zip(cameras, work.output.films, strict=True):
         rows = seen[seen["camera"] == view.name]
         with tables.replacing(path) as temporary:

@@ -1,4 +1,4 @@
-"""Film the range-of-motion take of one actor from all cameras, and tell where every marker is."""
+"""Film the range-of-motion take of one actor from all cameras, and save the true positions of its markers."""
 
 from cospeech.geometry import camera
 from cospeech.studio import range_of_motion, take

@@ -1,4 +1,4 @@
-"""Draw the script of all records: the cast's planted behaviour, and the phrases of gesture and speech."""
+"""Sample the script of all records: the planted behaviour of the cast, and the phrases of gesture and speech."""
 
 import pandas as pd
 
@@ -16,8 +16,8 @@ with job.run(snakemake) as work:
         members.append(member)
         gestures.append(pd.concat([own for own, _ in written], ignore_index=True))
         prosody.extend(spoken for _, spoken in written)
-        draw = random_source(seed, "examples", actor)
-        annotations.append(script.examples(gestures[-1], work.params["examples"], draw))
+        rng = random_source(seed, "examples", actor)
+        annotations.append(script.examples(gestures[-1], work.params["examples"], rng))
     for name, table in cast.tables(members, coupling, frame_s).items():
         work.write(table, work.output[name], name)
     work.write(gestures, work.output.gesture_phrases, "segments")

@@ -1,4 +1,4 @@
-"""Record one take: the actor speaks and moves as the script says; sound, captured motion, and the truth of both."""
+"""Record one take in which the actor follows the script: sound, captured motion, and the ground truth of both."""
 
 import soundfile
 
@@ -17,6 +17,6 @@ with job.run(snakemake) as work:
     moved = motion.perform(work.params["actor"], record, gestures, prosody, work.params["motion_fps"], seed)
     with tables.replacing(work.output.sound) as path:
         soundfile.write(path, sound, voice.RATE_HZ, subtype="PCM_16", format="WAV")
-    bvh.write(motion.sensed(moved, work.params["motion_noise_deg"], record, seed), work.output.bvh)
+    bvh.write(motion.with_sensor_noise(moved, work.params["motion_noise_deg"], record, seed), work.output.bvh)
     work.write(moved, work.output.motion, "motion")
     work.write(planted, work.output.prosody, "planted_prosody")

@@ -1,5 +1,7 @@
 """One fold at each setting of the sweep: its prosody clusters, and the phrases of the systems that are swept."""
 
+from pathlib import Path
+
 from cospeech.data.vocabulary import prosody_labels
 from cospeech.segmentation import labelled_hmm, prosody
 from cospeech.synthesis.registry import installed
@@ -17,14 +19,15 @@ with job.run(snakemake) as work:
     tables = work.read_each(records, work.input.prosody, "prosody")
     gestures = work.read(work.input.gestures, "segments")
     systems, planned = [installed(name) for name in given["systems"]], []
-    for place, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
+    for number, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
         found = prosody.train(
             [tables[name] for name in given["training"]], clusters, states, given["settings"], given["seed"]
         )
         clustered = prosody.phrases(found.model, tables, frame_s)
-        work.write(clustered, work.output.segments[place], "segments")
-        work.write(labelled_hmm.to_table(found.model), work.output.model[place], "hmm_model")
-        work.write(found.fit, work.output.fit[place], "hmm_fit")
+        segments = Path(work.output.segments[number])
+        work.write(labelled_hmm.to_table(found.model), segments.with_name("model.parquet"), "hmm_model")
+        work.write(found.fit, segments.with_name("fit.parquet"), "hmm_fit")
+        work.write(clustered, segments, "segments")
 
         actor = Actor(given["actor"], records, frame_s, given["labels"], prosody_labels(clusters))
         training, streams = fold(actor, record, gestures, clustered)
@@ -33,12 +36,14 @@ with job.run(snakemake) as work:
             Driving(streams, record, frame_s, given["seed"]),
         )
         for system in systems:
-            made, variant = session.synthesise(system, driving), given["variants"][place][system.name]
-            folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+            made, (variant, folder) = session.synthesise(system, driving), given["places"][number][system.name]
+            folder = f"{folder}/{record}"
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
-            for table, schema in given["tables"].get(system.name, {}).items():
-                work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
+            if system.name in given["tables"]:
+                model = session.tables(system)
+                for table, schema in given["tables"][system.name].items():
+                    work.write(model[table], f"{folder}/{table}.parquet", schema)
         work.say(f"{clusters} clusters of {states} states: {prosody.summary(found.fit)}")
     work.write(planned, work.output.planned, "planned_phrases")

@@ -1,5 +1,7 @@
 """Gesture phrases, or motion, of one record by several systems."""
 
+from pathlib import Path
+
 from cospeech.motion import skeleton
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
@@ -11,10 +13,11 @@ with job.run(snakemake) as work:
     actor = Actor(given["actor"], records, given["frame_s"], given["labels"], given["symbols"])
     truth = None
     if given["planted"]:
+        folder = Path(work.input.planted).parent  # one of the tables that a job plants stands for all of them
         truth = Truth(
-            {name: work.read(path, name) for name, path in zip(given["planted"], work.input.planted, strict=True)},
-            work.read(work.input.planted_gestures, "segments"),
-            work.read(work.input.planted_prosody, "segments"),
+            {name: work.read(str(folder / f"{name}.parquet"), name) for name in given["planted"]},
+            work.read(work.input.planted, "segments"),
+            work.read(str(folder / "prosody_phrases.parquet"), "segments"),
         )
     motions = work.read_each(records, work.input.motions, "motion")
     training, streams = fold(
@@ -31,20 +34,25 @@ with job.run(snakemake) as work:
     driving = Driving(
         streams, record, actor.frame_s, given["seed"], given["shift_s"], fps, len(motions.get(record, ()))
     )
-    planned = []
+    planned, failures = [], []
     for system in map(installed, given["systems"]):
         made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
-        variant, failure = given["variants"][system.name], made.decoding["failure"].iloc[0]
-        folder = f"{given['folder']}/{system.name}/{variant}/{record}"
-        if failure:
-            work.warn(failure)
+        (variant, place), failure = given["places"][system.name], made.decoding["failure"].iloc[0]
+        folder = f"{place}/{record}"
         if made.phrases is not None:
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
         if made.motion is not None:
             work.write(made.motion, f"{folder}/motion.parquet", "motion")
         work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
-        for table, schema in given["tables"].get(system.name, {}).items():
-            work.write(session.tables(system)[table], f"{folder}/{table}.parquet", schema)
+        if failure:
+            failures.append(f"{record}: {failure}")
+        elif system.name in given["tables"]:
+            tables = session.tables(system)
+            for table, schema in given["tables"][system.name].items():
+                work.write(tables[table], f"{folder}/{table}.parquet", schema)
     if work.output.planned:
         work.write(planned, work.output.planned, "planned_phrases")
+    if failures:  # a system and its controls mostly fail for the same reason
+        work.warn(failures[0])
+        work.say("\n".join(failures[1:]))

@@ -40,9 +40,10 @@ from cospeech.speech import prosody as measuring
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
-from cospeech.synthesis.session import Session, Trained, fault, method_of
+from cospeech.synthesis.session import Session, Trained, method_of, naming, perform
 from cospeech.synthesis.training import Actor, fold
-from cospeech.workflow import config, model_folder
+from cospeech.workflow import config, model_folder, sweep
+from cospeech.workflow import records as record_list
 
 BUNDLED = Path(__file__).parent / "bundled_model"
 """The model of a virtual actor that comes with the package."""
@@ -151,7 +152,7 @@ def load_record(
     """
     used = settings or default_settings()
     name = name or Path(motion).stem
-    entry = dict.fromkeys(config.RECORD_FIELDS) | {
+    entry = dict.fromkeys(record_list.RECORD_FIELDS) | {
         "record": name,
         "actor": name,
         "motion": str(motion),
@@ -229,7 +230,7 @@ def prosody(sound: str | Path | Floats, *, settings: Settings | None = None, rec
 
 def train(
     records: Sequence[Record],
-    system: str = "hsmm_weighted",
+    system: str | None = None,
     *,
     annotations: pd.DataFrame | None = None,
     settings: Settings | None = None,
@@ -240,7 +241,7 @@ def train(
     Parameters
     ----------
     records : records of the actor.
-    system : name of an installed system.
+    system : name of an installed system; by default the one that the videos of the demo show.
     annotations : annotated examples of gesture phrases (schema ``annotations``); by default, first examples are
         proposed from the joint angles (``first_examples: rules``).
     settings : configuration; by default that of the demo.
@@ -262,7 +263,9 @@ def train(
     if not records:
         raise UserError("no records to train on; load at least one")
     used = settings or default_settings()
-    declared, names = installed(system), [record.name for record in records]
+    shown = used["animation"]["video"]["shown"]
+    declared = installed(system or (shown if isinstance(shown, str) else shown[0]))
+    names = [record.name for record in records]
     motions = {record.name: record.motion for record in records}
     how = used["phrases"]["gesture"]
     if annotations is None:
@@ -271,7 +274,7 @@ def train(
     gestures_model = gesture.train(motions, annotations, how).model
     found = [gesture.phrases(gestures_model, name, motion, annotations) for name, motion in motions.items()]
     gestures = pd.concat(found, ignore_index=True)
-    setting, frame_s = config.main_setting(dict(used)), used["speech"]["frame_s"]
+    setting, frame_s = sweep.main_setting(dict(used)), used["speech"]["frame_s"]
     measured = {record.name: record.prosody for record in records}
     clusters = clustering.train(list(measured.values()), *setting, used["phrases"]["prosody"], used["seed"])
     clustered = clustering.phrases(clusters.model, measured, frame_s)
@@ -280,7 +283,7 @@ def train(
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
     card = {
-        "system": system,
+        "system": declared.name,
         "variant": setting.variant if "prosody_labels" in declared.needs else "main",
         "actor": actor,
         "held_out": None,
@@ -325,8 +328,9 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
         raise UserError(
             f"{place}: not a model of '{system.name}' as installed, which has a table '{missing[0]}'; train it again"
         )
-    method = method_of(system)
-    trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
+    with naming(system):
+        method = method_of(system)
+        trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
     motions = {
         name.removeprefix("motion~"): table for name, table in read.tables.items() if name.startswith("motion~")
     }
@@ -393,10 +397,7 @@ def synthesize(
         motion_fps=fps,
         n_motion_frames=n_frames,
     )
-    made = model.trained.method.synthesise(model.trained.model, speech, card["seed"] if seed is None else seed)
-    problem = fault(model.system, made, speech)
-    if problem:
-        raise UserError(f"system '{model.system.name}' declares that it makes {model.system.makes}, but {problem}")
+    made = perform(model.system, model.trained, speech, card["seed"] if seed is None else seed)
     if made.motion is not None:
         seen = gesture.unconstrained_phrases(model.gesture_model, name, made.motion)
         return Performance(seen, made.motion, made.decoding, samples)

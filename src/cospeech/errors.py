@@ -1,8 +1,8 @@
-"""The one kind of error that a user is meant to read."""
+"""The error that is reported to the user."""
 
 
 class UserError(Exception):
-    """A mistake in what the user gave: its message is one line with what is wrong, where, and what to do.
+    """An error in the user's input. Its message is one line that says what is wrong, where, and what to do.
 
-    Scripts print the message and stop; any other exception is a defect of the program and keeps its traceback.
+    Scripts print the message and stop. Any other exception is a bug in the program and keeps its traceback.
     """

@@ -1,4 +1,4 @@
-"""Small synthetic pictures of markers for the tests of tracking: discs on a dark suit, sixteen samples a pixel."""
+"""Small synthetic images of markers for the tracking tests: discs on a dark suit, with sixteen samples per pixel."""
 
 import av
 import numpy as np
@@ -11,7 +11,10 @@ SUIT = (26, 26, 30)
 
 
 def draw(size, discs, noise=2.0, seed=0):
-    """Y, Cb, Cr (3, H, W) of discs (x, y, radius, colour) painted in order; colour is a name, 'skin' or 'suit'."""
+    """Return Y, Cb, Cr (3, H, W) of discs (x, y, radius, colour) painted in order.
+
+    A colour is that of a marker, 'skin' or 'suit'.
+    """
     (width, height), fine = size, 4
     paint = {**COLOURS, "skin": SKIN, "suit": SUIT}
     picture = np.empty((height, width, 3))
@@ -35,7 +38,7 @@ def draw(size, discs, noise=2.0, seed=0):
 
 
 def write(path, pictures, fps=20):
-    """A film (MJPEG 4:4:4 in Matroska) of pictures (3, H, W) in Y, Cb, Cr."""
+    """Write images (3, H, W) in Y, Cb, Cr as a film (MJPEG 4:4:4 in Matroska)."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mjpeg", rate=fps)
         stream.height, stream.width = pictures[0].shape[1:]
@@ -47,15 +50,16 @@ def write(path, pictures, fps=20):
         container.mux(stream.encode())
 
 
-def squeezed(plane):
-    """A colour plane with half the pixels each way, as H.264 places them: at every other pixel, between two lines."""
+def subsampled(plane):
+    """Return a chroma plane at half resolution with the siting of H.264: co-sited horizontally, between two lines."""
     wide = np.pad(plane.astype(float), ((0, 0), (1, 1)), mode="edge")
     across = ((wide[:, :-2] + 2 * wide[:, 1:-1] + wide[:, 2:]) / 4)[:, ::2]
     return (across[::2] + across[1::2]) / 2
 
 
 def ordinary(picture):
-    """The frame that a camera makes of a picture (3, H, W): 4:2:0, in the narrow range of television."""
-    planes = [16 + picture[0] * (219 / 255), *(128 + (squeezed(plane) - 128) * (224 / 255) for plane in picture[1:])]
+    """Return an image (3, H, W) as a frame in the format of most cameras: 4:2:0 in limited range."""
+    chroma = (128 + (subsampled(plane) - 128) * (224 / 255) for plane in picture[1:])
+    planes = [16 + picture[0] * (219 / 255), *chroma]
     flat = np.concatenate([np.round(plane).astype(np.uint8).ravel() for plane in planes])
     return av.VideoFrame.from_ndarray(flat.reshape(-1, picture.shape[2]), format="yuv420p")

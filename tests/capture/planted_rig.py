@@ -1,4 +1,4 @@
-"""Small random rigs with known truth, what they see of a cloud of points, and the distance from the truth."""
+"""Small random rigs with ground truth, their observations of a point cloud, and errors relative to the truth."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ N_CAMERAS = 5
 
 
 def plant(seed, n_points=600, noise_px=0.3, outliers=0.05, missing=0.3):
-    """Return cameras, points (N, 3) and observations (C, N, 2) of a semicircle of 3 m."""
+    """Return cameras on a semicircle of radius 3 m, points (N, 3) and observations (C, N, 2)."""
     rng = np.random.default_rng([seed, 7])
     cameras = []
     for number, degrees in enumerate(np.linspace(-90, 90, N_CAMERAS) + rng.uniform(-6, 6, N_CAMERAS)):
@@ -32,7 +32,7 @@ def plant(seed, n_points=600, noise_px=0.3, outliers=0.05, missing=0.3):
 
 
 def similarity(found, wanted):
-    """Return scale, rotation (3, 3) and shift (3,) that take ``found`` (n, 3) best to ``wanted`` (Umeyama 1991)."""
+    """Return scale, rotation (3, 3) and translation (3,) of the best fit of ``found`` (n, 3) to ``wanted``."""
     a, b = found - found.mean(axis=0), wanted - wanted.mean(axis=0)
     u, s, vt = np.linalg.svd(b.T @ a)
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
@@ -42,12 +42,13 @@ def similarity(found, wanted):
 
 
 def apart(cameras, truth, actor_m):
-    """Return mean relative focal error, and distances (n,) in metres of points of the actor's volume.
+    """Return the mean relative focal length error, and the errors (n,) in metres of points in the actor's volume.
 
-    The points are seen without noise, and triangulated by what was found; the similarity is fitted to them too.
+    The points are projected without noise by the true cameras and triangulated by the estimated ones, up to the
+    best-fitting similarity.
     """
     focal = np.mean([abs(c.focal_px[0] / t.focal_px[0] - 1) for c, t in zip(cameras, truth, strict=True)])
     seen = np.array([project(camera, actor_m) for camera in truth])
-    found, _ = consensus.agree(cameras, seen, 50.0)
+    found, _ = consensus.triangulate(cameras, seen, 50.0)
     scale, rotation, shift = similarity(found, actor_m)
     return focal, np.linalg.norm(scale * found @ rotation.T + shift - actor_m, axis=1)

@@ -1,4 +1,4 @@
-"""A subject whose markers are planted: the studio's motion and a range-of-motion take, as 15 places a frame."""
+"""A subject with known marker positions: motion of the virtual studio and a range-of-motion take, as 15 markers."""
 
 import numpy as np
 
@@ -18,18 +18,18 @@ PLACES_M = {
     "left_leg": (0.03, -0.33, 0.07), "right_leg": (-0.03, -0.33, 0.07),
     "left_foot": (0.01, 0.0, 0.12), "right_foot": (-0.01, 0.0, 0.12),
 }  # fmt: skip
-"""Where each marker sits in the frame of its joint; the method is not told."""
+"""Position of each marker in the frame of its joint, unknown to the method under test."""
 
 
 def performance(seconds=60.0, actor="ada", seed=2012):
-    """What the studio has an actor do: a motion table."""
+    """Return the motion table of a performance in the virtual studio."""
     gestures, prosody = script.write(cast.member(actor, seed, 0.025, 10.0), "x", seconds, 0.8, 0.025, seed)
     return motion.perform(actor, "x", gestures, prosody, FPS, seed)
 
 
 def range_of_motion(seconds=40.0, seed=3):
-    """The static pose, then wide circles of the arms, bending elbows, turning trunk and head."""
-    draw = np.random.default_rng(seed)
+    """Return a motion table: the static pose, then wide arm circles, elbow flexion, trunk and head rotation."""
+    rng = np.random.default_rng(seed)
     time = np.arange(int(seconds * FPS)) / FPS
     grow = np.clip((time - STATIC_S) / 2.0, 0.0, 1.0)
     turns = np.zeros((len(time), len(JOINTS), 3))
@@ -44,7 +44,7 @@ def range_of_motion(seconds=40.0, seed=3):
         turns[:, JOINTS.index(f"{side}_forearm"), 0] = -55 * grow + 50 * wave(0.41, 2.0)
         turns[:, JOINTS.index(f"{side}_hand"), 0] = -6 * grow
     for joint, reach in (("spine", 4.0), ("chest", 8.0), ("neck", 10.0), ("head", 20.0)):
-        turns[:, JOINTS.index(joint)] = np.column_stack([reach * wave(f, 1.0) for f in draw.uniform(0.1, 0.3, 3)])
+        turns[:, JOINTS.index(joint)] = np.column_stack([reach * wave(f, 1.0) for f in rng.uniform(0.1, 0.3, 3)])
     return skeleton.motion_table(np.zeros((len(time), 3)), turns, FPS)
 
 
@@ -53,7 +53,7 @@ def chain(moved):
 
 
 def marked(moved, noise_m=0.0005, seed=0):
-    """The places (T, M, 3) of the markers of a motion table, with white noise on each coordinate."""
+    """Return the marker positions (T, M, 3) of a motion table, with white noise on each coordinate."""
     turned, placed = chain(moved)
     places = np.empty((len(moved), len(markers.MARKERS), 3))
     for index, marker in enumerate(markers.MARKERS):

@@ -1,4 +1,4 @@
-"""Both trackers on a short film of the studio: what they find, against what was planted."""
+"""Both trackers on short films of the virtual studio, compared with the ground truth."""
 
 import weakref
 
@@ -19,18 +19,21 @@ HAND = NAMES.index("left_hand")
 
 
 def filmed(folder, angles):
-    """Films (half size) of angles (T, J, 3), cameras, planted markers (T, 15, 3) and their pixels in each view."""
+    """Film joint angles (T, J, 3) at half size.
+
+    Returns the films, the cameras, the true markers (T, 15, 3) and their numbers of visible pixels (T, 15, C).
+    """
     motion = skeleton.motion_table(np.zeros((len(angles), 3)), angles, rig.FPS)
     limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places("ada", 1))
     cameras = rig.cameras(696, 1)
     pixels = []
     for camera in cameras:
         shown = np.empty(markers.shape[:2])
-        pictures = film.noted(film.frames(camera, limbs, markers, 1), shown)
+        pictures = film.record_visibility(film.frames(camera, limbs, markers, 1), shown)
         film.encode(folder / f"{camera.name}.mkv", pictures, rig.FPS)
         pixels.append(shown)
     return (
-        [footage.examine(folder / f"{camera.name}.mkv") for camera in cameras],
+        [footage.probe(folder / f"{camera.name}.mkv") for camera in cameras],
         cameras,
         markers,
         np.stack(pixels, axis=2),
@@ -38,7 +41,7 @@ def filmed(folder, angles):
 
 
 def arms(swing, upward, inward, outward, bend):
-    """Angles (T, J, 3) of arms that go from hanging to the given angles and back with ``swing`` (T,)."""
+    """Return angles (T, J, 3) of arms that move from hanging to the given angles and back with ``swing`` (T,)."""
     angles = np.zeros((len(swing), len(skeleton.JOINTS), 3))
     for side, sign, up in (("left", 1, upward[0]), ("right", -1, upward[1])):
         angles[:, skeleton.JOINTS.index(f"{side}_arm"), 0] = up * swing
@@ -50,7 +53,7 @@ def arms(swing, upward, inward, outward, bend):
 
 @pytest.fixture(scope="module")
 def take(tmp_path_factory):
-    """``filmed``: arms swing up and back."""
+    """The result of ``filmed`` for arms that swing up and back."""
     swing = np.sin(np.pi * np.arange(N_FRAMES) / rig.FPS / 1.2) ** 2
     return filmed(tmp_path_factory.mktemp("take"), arms(swing, (-50, -50), 0, 15, -80))
 
@@ -58,7 +61,7 @@ def take(tmp_path_factory):
 @pytest.fixture(scope="module")
 def robust(take):
     films, cameras, *_ = take
-    return track.follow(films, cameras, "robust", N_FRAMES, where="take")
+    return track.track_markers(films, cameras, "robust", N_FRAMES, where="take")
 
 
 def rms(values):
@@ -87,8 +90,8 @@ def test_robust_tracker_finds_the_planted_markers_at_half_size(take, robust):
     assert seen[(pixels > 20).sum(axis=2) >= 2].all()  # a whole disc has 66
 
 
-def test_hands_that_cross_before_the_chest_are_not_taken_for_each_other(tmp_path):
-    """Both are red, come within 56 mm of each other, and change sides twice."""
+def test_hands_that_cross_in_front_of_the_chest_are_not_swapped(tmp_path):
+    """Both hands are red, come within 56 mm of each other, and change sides twice."""
     swing = np.sin(np.pi * np.arange(30) / rig.FPS / 1.5) ** 2
     films, cameras, markers, _ = filmed(tmp_path, arms(swing, (-30, -38), 85, -4, -80))
     hands = [HAND, NAMES.index("right_hand")]
@@ -96,13 +99,13 @@ def test_hands_that_cross_before_the_chest_are_not_taken_for_each_other(tmp_path
     crossed = left[:, 0] < right[:, 0]  # x is to the actor's left
     assert (np.diff(crossed.astype(int)) != 0).sum() == 2
     assert np.linalg.norm(left - right, axis=1).min() < 0.06
-    found = track.follow(films, cameras, "robust", 30, where="take").points_m[:, hands]
+    found = track.track_markers(films, cameras, "robust", 30, where="take").points_m[:, hands]
     seen = np.isfinite(found[..., 0])
     assert seen.mean() > 0.8
     assert np.linalg.norm(found - markers[:, hands], axis=2)[seen].max() < 0.02
 
 
-def test_as_many_pictures_are_held_of_a_long_film_as_of_a_short_one(take, monkeypatch):
+def test_memory_does_not_grow_with_the_length_of_the_film(take, monkeypatch):
     films, cameras, *_ = take
     held, most, planes = set(), [], footage.planes
 
@@ -117,12 +120,12 @@ def test_as_many_pictures_are_held_of_a_long_film_as_of_a_short_one(take, monkey
     monkeypatch.setattr(footage, "planes", counted)
     for n_frames in (3, 12):
         most.append(0)
-        track.follow(films, cameras, "robust", n_frames, where="take")
+        track.track_markers(films, cameras, "robust", n_frames, where="take")
         assert not held
-    assert most[0] == most[1] <= 2 * len(cameras) * 3  # the set at hand and the one being read, of three planes each
+    assert most[0] == most[1] <= 2 * len(cameras) * 3  # three planes each of the current and the next set of images
 
 
-def test_the_tables_keep_their_schemas(take, robust):
+def test_the_tables_match_their_schemas(take, robust):
     _, cameras, *_ = take
     world = detections.world_table(robust, rig.FPS, 0.5)
     tables.validate(world, "markers_3d", "world")
@@ -134,15 +137,15 @@ def test_the_tables_keep_their_schemas(take, robust):
     tables.validate(quality_sheet.spans(world), "marker_spans", "spans")
 
 
-def test_plain_tracker_of_the_thesis_is_worse(take, robust):
+def test_the_tracker_of_the_thesis_is_less_accurate(take, robust):
     films, cameras, markers, _ = take
-    plain = track.follow(films, cameras, "thesis", N_FRAMES, clicked=clicked(cameras, markers), where="take")
+    plain = track.track_markers(films, cameras, "thesis", N_FRAMES, clicked=clicked(cameras, markers), where="take")
     assert rms(plain.points_m - markers) > 3 * rms(robust.points_m - markers)
 
 
-def test_clicks_start_the_tracker_as_well_as_colours_do(take, robust):
+def test_clicks_initialise_the_tracker_as_well_as_colours_do(take, robust):
     films, cameras, markers, _ = take
-    by_hand = track.follow(films, cameras, "robust", 3, clicked=clicked(cameras, markers), where="take")
+    by_hand = track.track_markers(films, cameras, "robust", 3, clicked=clicked(cameras, markers), where="take")
     np.testing.assert_allclose(by_hand.points_m, robust.points_m[:3], atol=1e-3)
 
 
@@ -150,7 +153,7 @@ def test_a_correction_overrides_its_view_and_frame(take):
     films, cameras, markers, _ = take
     place = project(cameras[4], markers[2, HAND]) + np.array([0.5, 0.0])
     row = pd.DataFrame([(2, "c5", "left_hand", *place)], columns=clicks.COLUMNS)
-    found = track.follow(films, cameras, "robust", 4, corrections=row, where="take")
+    found = track.track_markers(films, cameras, "robust", 4, corrections=row, where="take")
     world = detections.world_table(found, rig.FPS, 0.5)
     views = detections.view_table(found, world, cameras)
     corrected = views[views["status"] == "corrected"]
@@ -159,16 +162,16 @@ def test_a_correction_overrides_its_view_and_frame(take):
     assert world.loc[world["status"] == "corrected", ["frame", "marker"]].to_numpy().tolist() == [[2, "left_hand"]]
 
 
-def test_clicks_that_do_not_fit_are_named(take, tmp_path):
+def test_invalid_clicks_are_reported(take, tmp_path):
     _, cameras, markers, _ = take
     good = clicked(cameras, markers)
     path = tmp_path / "take.csv"
     for change, message in [
         ({"camera": "c9"}, r"take\.csv: line 2: no camera 'c9'"),
         ({"marker": "nose"}, r"line 2: no marker 'nose'"),
-        ({"frame": 99}, "line 2: frame 99 is none of the take's"),
-        ({"x_px": 5000.0}, r"line 2: \(5000, .*lies outside the picture of 696x520"),
-        ({"marker": good["marker"][1], "camera": good["camera"][1]}, "line 3 repeats a marker"),
+        ({"frame": 99}, "line 2: no frame 99; the frames of the take are 0 to 23"),
+        ({"x_px": 5000.0}, r"line 2: \(5000, .*lies outside the 696x520 image"),
+        ({"marker": good["marker"][1], "camera": good["camera"][1]}, "line 3 repeats an earlier line"),
     ]:
         bad = good.copy()
         for column, value in change.items():
@@ -190,12 +193,12 @@ def test_clicks_that_do_not_fit_are_named(take, tmp_path):
         first_positions.from_clicks(crossed, cameras, "take")
 
 
-def test_markers_that_are_not_there_are_named(take):
+def test_missing_markers_are_reported(take):
     _, cameras, *_ = take
     empty = [tuple(np.full((520, 696), value, dtype=np.uint8) for value in (20, 128, 128)) for _ in cameras]
-    mixers = colour.mixers(colour.chroma(colour.SKIN))
+    unmixers = colour.unmixers(colour.chroma(colour.SKIN))
     with pytest.raises(UserError, match=r"take: head_left, .* not found in frame 0; click them"):
-        first_positions.find(empty, cameras, mixers, "take")
+        first_positions.find(empty, cameras, unmixers, "take")
 
 
 def test_spans_and_worst_moments():

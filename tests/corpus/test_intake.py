@@ -14,7 +14,7 @@ from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.formats import bvh
 from cospeech.motion import skeleton
-from cospeech.workflow.config import RECORD_FIELDS
+from cospeech.workflow.records import RECORD_FIELDS
 
 CONVENTIONS = MotionConventions("y", "m", "cospeech", "hanging")
 LABELS = list(vocabulary.GESTURES)

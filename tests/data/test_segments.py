@@ -1,4 +1,4 @@
-"""Label and time arithmetic, by properties."""
+"""Properties of conversions between labels, segments and times."""
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,7 @@ def test_labels_to_segments_and_back(stream, fps):
 
 
 @given(st.lists(st.tuples(st.integers(1, 40), st.sampled_from(["a", "b"])), min_size=1, max_size=20), rates)
-def test_equal_neighbours_stay_two_phrases(phrases, fps):
+def test_neighbours_with_the_same_label_stay_two_segments(phrases, fps):
     lengths = [length for length, _ in phrases]
     stream = np.repeat([label for _, label in phrases], lengths)
     begins = np.zeros(len(stream), dtype=bool)
@@ -51,7 +51,7 @@ def test_resampling_to_the_same_grid_changes_nothing(stream, fps):
     pd.testing.assert_frame_equal(segments.resample(table, len(stream), fps), table)
 
 
-def test_resampling_keeps_equal_neighbours_apart():
+def test_resampling_keeps_neighbours_with_the_same_label_apart():
     table = segments.from_starts("a", [0, 10], ["left", "left"], 20, 20.0)
     assert segments.resample(table, 40, 40.0)["start_frame"].tolist() == [0, 20]
 

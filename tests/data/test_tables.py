@@ -1,15 +1,17 @@
-"""Artifacts are whole or absent, say what they are, and a flipped bit does not pass."""
+"""Tables are complete or absent, describe themselves, and a flipped bit is noticed."""
 
 import errno
 import os
 import subprocess
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -48,7 +50,7 @@ def test_round_trip_keeps_values_nulls_and_origin(tmp_path):
     assert tables.read_metadata(tmp_path / "r.parquet") == {
         "schema": "records", "schema_version": "1", "corpus": "virtual", "config_hash": "0" * 16,
     }  # fmt: skip
-    # Null in the file, not a NaN that another program takes for a number.
+    # A null in the file, not a NaN that other programs take for a number.
     assert pq.read_table(tmp_path / "r.parquet")["audio_rate_hz"].null_count == 1
 
 
@@ -72,7 +74,7 @@ def test_same_table_same_bytes(tmp_path):
         (lambda t: t.assign(start_s=[0.0, 0.0]), "row 1 repeats the key"),
     ],
 )
-def test_what_a_schema_forbids_is_refused_and_nothing_written(tmp_path, change, complaint):
+def test_violations_of_a_schema_are_rejected_and_nothing_is_written(tmp_path, change, complaint):
     path = tmp_path / "t.parquet"
     with pytest.raises(UserError, match=complaint) as caught:
         write(change(ANNOTATIONS), path)
@@ -99,11 +101,11 @@ def test_every_flipped_byte_is_noticed(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, 3, 200])
-def test_truncated_files_and_strangers_are_named(tmp_path, size):
+def test_truncated_and_foreign_files_are_named(tmp_path, size):
     path = tmp_path / "t.parquet"
     write(ANNOTATIONS, path)
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(UserError, match=r"t\.parquet: damaged or no Parquet file"):
+    with pytest.raises(UserError, match=r"t\.parquet: damaged or not a Parquet file"):
         tables.read(path, "annotations")
 
 
@@ -134,7 +136,7 @@ def test_verify_lists_what_is_damaged(tmp_path):
     assert "bad.parquet" in found[0]
 
 
-def test_a_death_while_writing_leaves_the_old_file(tmp_path):
+def test_a_process_that_dies_while_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "t.txt"
     path.write_text("old")
     program = (
@@ -180,3 +182,21 @@ def test_every_schema_can_be_read():
         known = {column.name for column in table.columns}
         assert set(table.key) <= known
         assert all(column.type in tables.ARROW_TYPES and column.meaning for column in table.columns)
+
+
+def keys_without_value(node):
+    if isinstance(node, list):
+        return [key for child in node for key in keys_without_value(child)]
+    if isinstance(node, dict):
+        return [key for key, value in node.items() if value is None] + keys_without_value(list(node.values()))
+    return []
+
+
+def test_columns_have_only_known_keys_and_no_comma_cuts_a_description():
+    # In a YAML flow mapping, an unquoted comma ends a text, and the rest of the text becomes a key without a value.
+    known = {field.name for field in fields(tables.Column)}
+    for path in tables.schema_folder().glob("*.yaml"):
+        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert keys_without_value(raw) == [], path.name
+        for name, column in {**raw.get("columns", {}), "pattern": raw.get("pattern", {})}.items():
+            assert set(column) <= known, f"{path.name}: {name}"

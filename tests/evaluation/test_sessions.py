@@ -13,12 +13,23 @@ from cospeech.evaluation import sessions
 BOOTSTRAP = sessions.Bootstrap(samples=400, level=0.95, seed=1)
 
 
-def row(system, actor, record, measure, value, duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", clusters=8):
+MAIN = "clusters~8,states~3"
+
+
+def row(
+    system, actor, record, measure, value,
+    duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", variant=MAIN, phrases="planned",
+):  # fmt: skip
     return {
-        "system": system, "clusters": clusters, "states": 3, "actor": actor, "record": record, "measure": measure,
-        "part": part, "gesture": gesture, "bin_s": bin_s, "value": value, "n_actual": 3, "n_synthesised": 3,
-        "duration_s": duration_s,
+        "system": system, "variant": variant, "actor": actor, "record": record, "phrases": phrases,
+        "measure": measure, "part": part, "gesture": gesture, "bin_s": bin_s, "value": value,
+        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s,
     }  # fmt: skip
+
+
+def differences(rows):
+    """Differences between systems whose main variants are all the same."""
+    return sessions.differences(rows, dict.fromkeys(rows["system"], MAIN), BOOTSTRAP)
 
 
 def find(found, **where):
@@ -95,7 +106,7 @@ def scored():
 
 def test_differences_are_those_of_the_session_scores_and_mirror_each_other():
     rows = scored()
-    found, means = sessions.differences(rows, 8, 3, BOOTSTRAP), sessions.session_scores(rows, BOOTSTRAP)
+    found, means = differences(rows), sessions.session_scores(rows, BOOTSTRAP)
     for measure in ("kappa", "D", "S"):
         one = find(found, system="good", other="poor", actor="all", measure=measure)
         two = find(found, system="poor", other="good", actor="all", measure=measure)
@@ -106,14 +117,14 @@ def test_differences_are_those_of_the_session_scores_and_mirror_each_other():
 
 
 def test_pairing_makes_intervals_narrow():
-    found = sessions.differences(scored(), 8, 3, BOOTSTRAP)
+    found = differences(scored())
     pair = find(found, system="good", other="poor", actor="all", measure="kappa")
     mean = find(sessions.session_scores(scored(), BOOTSTRAP), system="good", actor="all", measure="kappa")
     assert pair["high"] - pair["low"] < 0.2 * (mean["high"] - mean["low"])
 
 
 def test_better_knows_each_measure_s_good_side():
-    found = sessions.differences(scored(), 8, 3, BOOTSTRAP)
+    found = differences(scored())
 
     def better(system, other, measure):
         return find(found, system=system, other=other, actor="all", measure=measure)["better"]
@@ -128,19 +139,33 @@ def test_better_knows_each_measure_s_good_side():
 
 def test_only_records_with_both_values_are_paired():
     rows = pd.DataFrame(many("one", [1.0, 2.0, np.nan, 4.0], "D") + many("two", [np.nan, 1.0, 1.0, 1.0], "D"))
-    found = find(sessions.differences(rows, 8, 3, BOOTSTRAP), system="one", other="two", actor="all")
+    found = find(differences(rows), system="one", other="two", actor="all")
     assert found["n"] == 2
     assert found["difference"] == pytest.approx((1 + 3) / 2)
     never = pd.DataFrame(many("one", [1.0, np.nan], "D") + many("two", [np.nan, 1.0], "D"))
-    found = find(sessions.differences(never, 8, 3, BOOTSTRAP), system="one", other="two", actor="all")
+    found = find(differences(never), system="one", other="two", actor="all")
     assert found["n"] == 0
     assert math.isnan(found["difference"])
     assert pd.isna(found["better"])
 
 
-def test_other_settings_stay_out_of_differences():
-    rows = pd.DataFrame(many("one", [1.0, 2.0]) + many("two", [1.0, 2.0]) + many("three", [1.0, 2.0], clusters=4))
-    assert set(sessions.differences(rows, 8, 3, BOOTSTRAP)["system"]) == {"one", "two"}
+def test_other_variants_stay_out_of_differences():
+    other = many("three", [1.0, 2.0], variant="clusters~4,states~3")
+    rows = pd.DataFrame(many("one", [1.0, 2.0]) + many("two", [1.0, 2.0]) + other)
+    assert set(differences(rows)["system"]) == {"one", "two"}
+
+
+def test_planned_phrases_are_not_compared_with_phrases_seen_in_motion():
+    planned = many("one", [0.1, 0.2, 0.3, 0.4]) + many("two", [0.2, 0.3, 0.4, 0.5])
+    seen = many("one", [0.9, 0.8, 0.9, 0.8], phrases="seen") + many("moves", [0.4, 0.4, 0.4, 0.3], phrases="seen")
+    found = differences(pd.DataFrame(planned + seen))
+    pairs = found.loc[found["actor"] == "all", ["system", "other", "phrases"]].apply(tuple, axis=1)
+    assert sorted(pairs) == [
+        ("moves", "one", "seen"),
+        ("one", "moves", "seen"),
+        ("one", "two", "planned"),
+        ("two", "one", "planned"),
+    ]
 
 
 def test_tables_obey_their_schemas_and_survive_the_file(tmp_path):
@@ -148,7 +173,7 @@ def test_tables_obey_their_schemas_and_survive_the_file(tmp_path):
     found = {
         "record_scores": rows,
         "session_scores": sessions.session_scores(rows, BOOTSTRAP),
-        "differences": sessions.differences(rows, 8, 3, BOOTSTRAP),
+        "differences": differences(rows),
     }
     for name, table in found.items():
         path = tmp_path / f"{name}.parquet"

@@ -1,4 +1,4 @@
-"""What we write, an independent reader places as our own kinematics does; what we read is whole or refused."""
+"""An independent reader finds our joints where our own kinematics does; files are read completely or rejected."""
 
 import numpy as np
 import pybvh
@@ -91,7 +91,7 @@ def test_any_order_of_channels_is_read_as_declared(tmp_path):
     (tmp_path / "a.bvh").write_text(TINY)
     clip = bvh.read(tmp_path / "a.bvh")
     assert clip.names == ("Hips", "Left Arm", "Elbow")
-    assert clip.fps == 30.0  # the cut 0.033333 is a thirtieth
+    assert clip.fps == 30.0  # the rounded 0.033333 is one thirtieth
     np.testing.assert_array_equal(clip.places[0], [[1, 2, 3], [1, 2, 4]])
     np.testing.assert_allclose(clip.rotations[0, 0], turn("z", 10) @ turn("x", 20) @ turn("y", 30))
     np.testing.assert_allclose(clip.rotations[0, 1], turn("y", 40) @ turn("z", 50) @ turn("x", 60))
@@ -103,18 +103,18 @@ def test_any_order_of_channels_is_read_as_declared(tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "no BVH"),
-        ("RIFF....WAVE", "no BVH"),
-        (TINY[:200], "cut off"),
-        (TINY.replace("MOTION", ""), "cut off"),
+        ("", "not a BVH"),
+        ("RIFF....WAVE", "not a BVH"),
+        (TINY[:200], "truncated"),
+        (TINY.replace("MOTION", ""), "truncated"),
         (TINY[:-40], "announces 2 frames and holds 1"),
         (TINY[:-10], "frame 1 has"),
         (TINY.replace("41", "nan"), "'Left Arm' is missing .NaN. in frame 1"),
-        (TINY.replace("41", "x1"), "no number"),
-        (TINY.replace("Frame Time: 0.033333", "Frame Time: 33.3"), "seconds a frame"),
+        (TINY.replace("41", "x1"), "not numbers"),
+        (TINY.replace("Frame Time: 0.033333", "Frame Time: 33.3"), "seconds per frame"),
         (TINY.replace("JOINT Elbow", "JOINT Hips"), "second joint"),
-        (TINY.replace("CHANNELS 1", "CHANNELS 3"), "CHANNELS says 3"),
-        (TINY.replace("Yrotation\n      End", "Wrotation\n      End"), "no BVH channels"),
+        (TINY.replace("CHANNELS 1", "CHANNELS 3"), "CHANNELS announces 3"),
+        (TINY.replace("Yrotation\n      End", "Wrotation\n      End"), "not BVH channels"),
         (TINY.replace("OFFSET 10 50 0", "OFFSET 10 50"), "three numbers"),
     ],
 )
@@ -134,7 +134,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_a_spoilt_file_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupt_file_is_read_or_rejected_and_nothing_else(tmp_path_factory, data):
     lines = TINY.splitlines()
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(lines) - 1))

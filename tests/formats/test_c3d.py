@@ -1,4 +1,4 @@
-"""C3D: what is written is read again by us and by ezc3d alone; a file without a unit is refused."""
+"""C3D files are read again by us and by ezc3d alone; files without a unit are rejected."""
 
 from pathlib import Path
 
@@ -46,7 +46,7 @@ def test_ezc3d_alone_reads_millimetres_rate_names_and_gaps(tmp_path):
 
 
 def rewritten(tmp_path, **parameters):
-    """A file of ours whose POINT parameters another program has changed."""
+    """A file of ours with changed POINT parameters."""
     c3d.write(recording(), tmp_path / "a.c3d")
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
     for name, value in parameters.items():
@@ -59,11 +59,11 @@ def rewritten(tmp_path, **parameters):
     ("parameters", "message"),
     [
         ({"UNITS": [""]}, "does not say its unit"),
-        ({"UNITS": ["furlong"]}, "the unit is 'furlong'"),
+        ({"UNITS": ["furlong"]}, "unknown unit 'furlong'"),
         ({"LABELS": ["a", "b", "a"]}, "two markers are called 'a'"),
     ],
 )
-def test_what_a_file_does_not_say_is_refused(tmp_path, parameters, message):
+def test_a_file_without_unit_names_or_rate_is_rejected(tmp_path, parameters, message):
     with pytest.raises(UserError, match=message):
         c3d.read(rewritten(tmp_path, **parameters))
 
@@ -74,22 +74,22 @@ def test_units_become_metres(tmp_path):
     np.testing.assert_allclose(places, 10 * given.places_m, atol=1e-5)
 
 
-def test_missing_foreign_and_cut_off_files_are_refused(tmp_path):
+def test_missing_foreign_and_truncated_files_are_rejected(tmp_path):
     with pytest.raises(UserError, match="cannot be read"):
         c3d.read(tmp_path / "none.c3d")
     (tmp_path / "a.c3d").write_bytes(b"RIFF" * 400)
-    with pytest.raises(UserError, match="is no C3D file"):
+    with pytest.raises(UserError, match="is not a C3D file"):
         c3d.read(tmp_path / "a.c3d")
     c3d.write(recording(700), tmp_path / "b.c3d")
     content = (tmp_path / "b.c3d").read_bytes()
     for size in (100, 700, len(content) // 2, len(content) - 4000):
         (tmp_path / "c.c3d").write_bytes(content[:size])
-        with pytest.raises(UserError, match=r"cut off|damaged"):
+        with pytest.raises(UserError, match=r"truncated|damaged"):
             c3d.read(tmp_path / "c.c3d")
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_damaged_file_is_read_whole_or_refused(tmp_path, seed):
+def test_a_damaged_file_is_read_completely_or_rejected(tmp_path, seed):
     draw = np.random.default_rng(seed)
     c3d.write(recording(), tmp_path / "a.c3d")
     content = bytearray((tmp_path / "a.c3d").read_bytes())
@@ -113,7 +113,7 @@ def test_a_real_file_has_its_units_gaps_and_rate():
     assert (len(names), places.shape, fps) == (51, (580, 51, 3), 100.0)
     other = ezc3d.c3d(str(ARM))["data"]["points"][:3].transpose(2, 1, 0)
     assert other.shape == places.shape
-    np.testing.assert_allclose(places, other / 1000, atol=1e-12)  # the file is in millimetres; NaN where lost
+    np.testing.assert_allclose(places, other / 1000, atol=1e-12)  # millimetres in the file; NaN where lost
     assert np.isnan(places).any(axis=2).sum() == 305
     body = np.array([name.startswith("Daphnee:") for name in names])
-    assert 0.2 < np.nanmax(places[:, body, 2]) < 2.0  # a person's height, z up
+    assert 0.2 < np.nanmax(places[:, body, 2]) < 2.0  # the height of a person, z up

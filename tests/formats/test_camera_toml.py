@@ -1,4 +1,4 @@
-"""Calibrations made elsewhere: the TOML of Pose2Sim and of caliscope, and the ways in which it can be wrong."""
+"""Camera files of Pose2Sim and caliscope, and the ways in which they can be wrong."""
 
 import json
 import tomllib
@@ -66,28 +66,28 @@ def test_a_world_with_z_up_is_turned(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("[cam_01]", "[cam_01", "no TOML"),
-        ("matrix", "matrices", "holds no camera"),
+        ("[cam_01]", "[cam_01", "not a TOML file"),
+        ("matrix", "matrices", "has no camera"),
         ("size", "sizes", "camera cam_01: 'size' is missing"),
         ("fisheye = false", "fisheye = true", "fisheye"),
         ("0.02, 0.001, 0.002]", "0.02]", "wrong size"),
-        ("-0.1,", '"x",', "no number"),
+        ("-0.1,", '"x",', "other than numbers"),
         ("-0.1,", "nan,", "infinite or missing"),
-        ("1681.2", "-1681.2", "above 0"),
-        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "no rotation"),
+        ("1681.2", "-1681.2", "must be positive"),
+        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "not a rotation"),
     ],
 )
-def test_what_is_no_calibration_is_refused(tmp_path, old, new, reason):
+def test_what_is_not_a_camera_file_is_rejected(tmp_path, old, new, reason):
     with pytest.raises(UserError, match=reason):
         camera_toml.read(save(tmp_path, FLAT.replace(old, new, 1)))
 
 
 def test_a_missing_file_is_named():
-    with pytest.raises(UserError, match=r"nowhere\.toml: no such calibration"):
+    with pytest.raises(UserError, match=r"nowhere\.toml: no such file"):
         camera_toml.read("nowhere.toml")
 
 
-def test_a_calibration_belongs_to_its_films(tmp_path):
+def test_a_calibration_belongs_to_its_videos(tmp_path):
     films = {name: tmp_path / f"{name}.mkv" for name in ("c1", "c2")}
     for name, path in films.items():
         path.write_bytes(name.encode() * 1000)
@@ -129,7 +129,7 @@ def test_what_is_written_is_read_again(tmp_path, up):
 
 
 def test_pose2sim_gets_a_world_with_z_up(tmp_path):
-    """A point a metre up is (0, 0, 1) there."""
+    """There, a point one metre up is (0, 0, 1)."""
     truth, _, _ = plant(2, n_points=1)
     text = camera_toml.toml(truth, up="z")
     there = camera_toml.read(save(tmp_path, text), up="y")
@@ -143,7 +143,7 @@ def test_pose2sim_gets_a_world_with_z_up(tmp_path):
 @pytest.mark.recorded
 @pytest.mark.skipif(not POSE2SIM.is_dir(), reason="needs the real recordings in ../shared/data/pose2sim_balancing")
 def test_pose2sims_nose_falls_on_the_keypoints_it_was_made_of():
-    """Two views make the nose: the other two are tens of pixels off, and Pose2Sim leaves such views out."""
+    """Only two views determine the nose: the others are tens of pixels off and rejected by Pose2Sim."""
     cameras = camera_toml.read(POSE2SIM / "calibration/Calib_qualisys.toml", up="z")
     path = POSE2SIM / "points_3d/S00_P00_T01_BalancingTrial_0-100.trc"
     column = 2 + 3 * path.read_text().splitlines()[3].split("\t")[2::3].index("Nose")

@@ -1,4 +1,4 @@
-"""Videos as files: the same bytes every time, colours as another program makes them, any sound."""
+"""Video files: the same bytes every time, the colours of another program, and any sound."""
 
 import hashlib
 
@@ -14,7 +14,7 @@ FPS = 20.0
 
 
 def test_noise_is_encoded_to_the_same_bytes_every_time(tmp_path):
-    """Noise asks every path of the encoder; its AVX-512 code gave five different films in two hundred."""
+    """Noise exercises every path of the encoder; with AVX-512 it gave five different files in 200 encodings."""
     drawn = np.random.default_rng(0).integers(0, 255, (40, 96, 240, 3), dtype=np.uint8)
     path = tmp_path / "noise.mp4"
     digests = set()
@@ -25,7 +25,7 @@ def test_noise_is_encoded_to_the_same_bytes_every_time(tmp_path):
 
 
 @pytest.mark.parametrize(("rate", "channels", "seconds"), [(8000, 2, 1.0), (15000, 1, 9.0), (44100, 1, 2.5)])
-def test_any_sound_becomes_mono_of_the_films_length(tmp_path, rate, channels, seconds):
+def test_any_sound_becomes_mono_with_the_length_of_the_video(tmp_path, rate, channels, seconds):
     wave = 0.1 * np.sin(2 * np.pi * 300 * np.arange(int(rate * seconds)) / rate)
     soundfile.write(tmp_path / "a.wav", np.column_stack([wave] * channels), rate)
     samples, found = mp4.read_sound(tmp_path / "a.wav", 2.5)
@@ -39,7 +39,7 @@ def test_any_sound_becomes_mono_of_the_films_length(tmp_path, rate, channels, se
         assert float(heard.duration * heard.time_base) == pytest.approx(2.5, abs=1 / FPS)
 
 
-def test_what_is_no_sound_is_said(tmp_path):
+def test_what_is_not_sound_is_rejected(tmp_path):
     (tmp_path / "a.wav").write_bytes(b"no sound at all")
     with pytest.raises(UserError, match=r"a\.wav: cannot be read as sound"):
         mp4.read_sound(tmp_path / "a.wav", 1.0)
@@ -55,7 +55,7 @@ def test_colours_become_those_of_another_program():
     )
     light, blueness, redness = (np.frombuffer(plane, np.uint8).reshape(plane.height, -1) for plane in other.planes)
     assert np.abs(planes[0].astype(int) - light[:, :128]).max() <= 1
-    middle = slice(4, None, 8)  # where the other program's wider colour filter sees one colour only
+    middle = slice(4, None, 8)  # where the wider chroma filter of the other program covers one colour only
     assert np.abs(planes[1].astype(int) - blueness[:, :64])[middle, middle].max() <= 1
     assert np.abs(planes[2].astype(int) - redness[:, :64])[middle, middle].max() <= 1
     assert np.shares_memory(whole, planes[2])

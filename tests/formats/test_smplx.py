@@ -1,4 +1,4 @@
-"""SMPL-X npz: the layout of BEAT2 is read whole, and what is not that is refused in one line."""
+"""SMPL-X files in the layout of BEAT2 are read; anything else is rejected in one line."""
 
 import zipfile
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_poses_are_read_in_the_order_of_smplx(tmp_path):
     assert smplx.NAMES[smplx.PARENTS[elbow]] == "left_shoulder"
 
 
-def test_amass_names_its_frame_rate_otherwise(tmp_path):
+def test_amass_has_another_name_for_the_frame_rate(tmp_path):
     clip = smplx.read(save(tmp_path / "a.npz", mocap_frame_rate=None, mocap_framerate=np.array(120.0)))
     assert clip.fps == 120.0
 
@@ -67,14 +67,14 @@ def nan_at(frame, joint):
         ({"poses": np.zeros((8, 9))}, "not .frames, 165."),
         ({"trans": np.zeros((7, 3))}, "not .frames, 165."),
         ({"poses": np.zeros((0, 165)), "trans": np.zeros((0, 3))}, "no frame"),
-        ({"poses": np.full((8, 165), "x")}, "numbers belong"),
-        ({"mocap_frame_rate": np.array(0)}, "frames a second"),
-        ({"mocap_frame_rate": np.array([30, 30])}, "frames a second"),
+        ({"poses": np.full((8, 165), "x")}, "must hold numbers"),
+        ({"mocap_frame_rate": np.array(0)}, "frames per second"),
+        ({"mocap_frame_rate": np.array([30, 30])}, "frames per second"),
         ({"poses": nan_at(5, "right_wrist")}, "'right_wrist' is missing .NaN. in frame 5"),
         ({"trans": np.full((8, 3), np.nan)}, "trans is missing .NaN. in frame 0"),
     ],
 )
-def test_what_is_no_smplx_motion_is_refused(tmp_path, changes, says):
+def test_what_is_not_smplx_motion_is_rejected(tmp_path, changes, says):
     with pytest.raises(UserError, match=says) as caught:
         smplx.read(save(tmp_path / "bad.npz", **changes))
     assert "bad.npz" in str(caught.value)
@@ -88,7 +88,7 @@ def test_objects_inside_are_never_unpickled(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no more", b"RIFF....WAVE", b"\x93NUMPY"])
-def test_damaged_and_mislabelled_files_are_refused(tmp_path, content):
+def test_damaged_and_mislabelled_files_are_rejected(tmp_path, content):
     (tmp_path / "bad.npz").write_bytes(content)
     with pytest.raises(UserError, match=r"bad\.npz"):
         smplx.read(tmp_path / "bad.npz")
@@ -96,7 +96,7 @@ def test_damaged_and_mislabelled_files_are_refused(tmp_path, content):
         smplx.read(tmp_path / "none.npz")
 
 
-def test_one_bare_array_is_no_archive(tmp_path):
+def test_a_bare_array_is_not_an_archive(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros(3))
     (tmp_path / "a.npy").rename(tmp_path / "bad.npz")
     with pytest.raises(UserError, match="bare array"):
@@ -105,7 +105,7 @@ def test_one_bare_array_is_no_archive(tmp_path):
 
 @settings(max_examples=150, deadline=None)
 @given(st.data())
-def test_a_spoilt_archive_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupt_archive_is_read_or_rejected_and_nothing_else(tmp_path_factory, data):
     path = save(tmp_path_factory.mktemp("npz") / "spoilt.npz")
     content = bytearray(path.read_bytes())
     for _ in range(data.draw(st.integers(1, 5))):
@@ -119,7 +119,7 @@ def test_a_spoilt_archive_is_read_or_refused_and_nothing_else(tmp_path_factory, 
     assert np.isfinite(clip.rotations).all()
 
 
-def test_any_other_zero_pose_than_its_own_is_refused(tmp_path):
+def test_a_zero_pose_other_than_its_own_is_rejected(tmp_path):
     with pytest.raises(UserError, match=r"set corpus\.motion\.zero to t_pose"):
         motion.read(save(tmp_path / "a.npz"), MotionConventions("y", "m", "smplx", "hanging"))
 
@@ -141,4 +141,4 @@ def test_a_real_speaker_stands_upright_and_gestures_before_the_body():
         assert bend.max() < 0  # an elbow bends forward only
         assert bend.median() < -30
     steps = np.abs(np.diff(skeleton.angles(read.table), axis=0))
-    assert steps.max() < 25  # degrees a frame at 30 frames/s: no jump of representation anywhere
+    assert steps.max() < 25  # degrees per frame at 30 frames/s: no jumps of the representation

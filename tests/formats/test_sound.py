@@ -1,4 +1,4 @@
-"""Sound of any making arrives as mono at 16 kHz and as loud as it was; what is no whole wav is refused."""
+"""Sound of any format becomes mono at 16 kHz at its original level; incomplete wav files are rejected."""
 
 import struct
 
@@ -35,7 +35,7 @@ def test_every_sample_format_of_wav_is_read(tmp_path, subtype):
     np.testing.assert_allclose(sound.read(tmp_path / "a.wav").samples, tone(16000), atol=0.01)
 
 
-def test_channels_are_mixed_down_and_it_is_said(tmp_path):
+def test_channels_are_mixed_down_with_a_note(tmp_path):
     left, right = tone(16000), np.zeros(32000)
     soundfile.write(tmp_path / "a.wav", np.column_stack([left, right]), 16000)
     heard = sound.read(tmp_path / "a.wav")
@@ -54,7 +54,7 @@ def test_an_excerpt_is_cut_at_its_samples(tmp_path):
             sound.read(tmp_path / "a.wav", start, end)
 
 
-def test_too_loud_floats_are_clipped_and_it_is_said(tmp_path):
+def test_too_loud_floats_are_clipped_with_a_note(tmp_path):
     soundfile.write(tmp_path / "a.wav", tone(16000, level=1.5), 16000, subtype="FLOAT")
     heard = sound.read(tmp_path / "a.wav")
     assert np.abs(heard.samples).max() == 1
@@ -76,9 +76,9 @@ def whole_wav():
         (whole_wav()[:2000], "announces 6400 bytes of sound and holds 1956"),
         (whole_wav()[:40], "no sound"),
         (whole_wav()[:14], "no sound"),
-        (b"ID3\x04\x00 an mp3", "no wav file"),
-        (b"HIERARCHY\nROOT Hips", "no wav file"),
-        (b"RIFF\x24\x00\x00\x00AVI LIST", "no wav file"),
+        (b"ID3\x04\x00 an mp3", "not a wav file"),
+        (b"HIERARCHY\nROOT Hips", "not a wav file"),
+        (b"RIFF\x24\x00\x00\x00AVI LIST", "not a wav file"),
         (whole_wav()[:40] + struct.pack("<I", 0), "holds no sound"),
         (whole_wav()[:20] + b"\x99\x99" + whole_wav()[22:], "cannot be read as wav"),
     ],
@@ -91,7 +91,7 @@ def test_a_broken_wav_ends_in_one_line_that_names_it(tmp_path, content, says):
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_missing_silent_and_undefined_sound_is_refused(tmp_path):
+def test_missing_silent_and_undefined_sound_is_rejected(tmp_path):
     with pytest.raises(UserError, match=r"none\.wav: cannot be read"):
         sound.read(tmp_path / "none.wav")
     soundfile.write(tmp_path / "silent.wav", np.zeros(16000), 16000)
@@ -103,7 +103,7 @@ def test_missing_silent_and_undefined_sound_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"nan\.wav: holds NaN at 0.500 s"):
         sound.read(tmp_path / "nan.wav")
     soundfile.write(tmp_path / "low.wav", tone(2000), 2000)
-    with pytest.raises(UserError, match="2000 Hz is none of recorded speech"):
+    with pytest.raises(UserError, match="2000 Hz is not a sampling rate of recorded speech"):
         sound.read(tmp_path / "low.wav")
 
 
@@ -118,7 +118,7 @@ def test_what_is_written_is_16_bit_mono_and_the_same_bytes_every_time(tmp_path):
 
 @settings(max_examples=120, deadline=None)
 @given(st.data())
-def test_a_spoilt_wav_is_read_or_refused_and_nothing_else(tmp_path_factory, data):
+def test_a_corrupt_wav_is_read_or_rejected_and_nothing_else(tmp_path_factory, data):
     content = bytearray(whole_wav())
     for _ in range(data.draw(st.integers(1, 4))):
         content[data.draw(st.integers(0, 60))] = data.draw(st.integers(0, 255))

@@ -33,7 +33,7 @@ def direct(cameras: Sequence[Camera], pixels: Floats, confidence: Floats) -> tup
 def agreeing(
     cameras: Sequence[Camera], pixels: Floats, confidence: Floats, limit_px: float, least_confidence: float
 ) -> Floats:
-    """Return the point (3,) of the most views whose mean reprojection error is within ``limit_px``; NaN for none."""
+    """Return the point (3,) of the largest set of views with a mean reprojection error up to ``limit_px``, or NaN."""
     sure = np.flatnonzero(confidence >= least_confidence)
     for size in range(len(sure), 1, -1):
         fits = []

@@ -1,4 +1,4 @@
-"""The smoother against one dense linear-Gaussian estimate of all frames, and what it does to hidden markers."""
+"""The smoother against a dense linear-Gaussian estimate of all frames, and its effect on hidden markers."""
 
 import numpy as np
 import pytest
@@ -7,26 +7,26 @@ from cospeech.geometry import kalman
 
 
 def dense(points, sd, fps, jerk):
-    """Mean and standard deviation of every position given every sight, from the joint covariance of all frames."""
-    move, noise = kalman.transition(1 / fps, jerk)
+    """Mean and standard deviation of every position given all observations, from the joint covariance."""
+    transition, noise = kalman.motion_model(1 / fps, jerk)
     n = len(points)
-    cover = np.zeros((3 * n, 3 * n))
+    covariance = np.zeros((3 * n, 3 * n))
     own = np.diag(np.square(kalman.START_SD))
     for t in range(n):
         if t:
-            own = move @ own @ move.T + noise
+            own = transition @ own @ transition.T + noise
         block = own
         for later in range(t, n):
-            cover[3 * later : 3 * later + 3, 3 * t : 3 * t + 3] = block
-            cover[3 * t : 3 * t + 3, 3 * later : 3 * later + 3] = block.T
-            block = move @ block
+            covariance[3 * later : 3 * later + 3, 3 * t : 3 * t + 3] = block
+            covariance[3 * t : 3 * t + 3, 3 * later : 3 * later + 3] = block.T
+            block = transition @ block
     there = np.flatnonzero(np.isfinite(points[:, 0]))
     middle = points[there].mean(axis=0)
     place, sight = 3 * np.arange(n), 3 * there
-    seen = cover[np.ix_(sight, sight)] + np.diag(sd[there] ** 2)
-    gain = np.linalg.solve(seen, cover[np.ix_(sight, place)]).T
+    seen = covariance[np.ix_(sight, sight)] + np.diag(sd[there] ** 2)
+    gain = np.linalg.solve(seen, covariance[np.ix_(sight, place)]).T
     mean = gain @ (points[there] - middle) + middle
-    left = cover[np.ix_(place, place)] - gain @ cover[np.ix_(sight, place)]
+    left = covariance[np.ix_(place, place)] - gain @ covariance[np.ix_(sight, place)]
     return mean, np.sqrt(np.diag(left))
 
 
@@ -43,19 +43,19 @@ def test_smoother_is_the_dense_gaussian_estimate():
 
 
 def test_a_step_of_the_filter_is_bayes_rule():
-    move, noise = kalman.transition(0.05, 10.0)
-    state, cover = kalman.predict(np.ones((3, 3)), np.eye(3), move, noise)
+    transition, noise = kalman.motion_model(0.05, 10.0)
+    state, covariance = kalman.predict(np.ones((3, 3)), np.eye(3), transition, noise)
     np.testing.assert_allclose(state[0], 1.05125)
-    np.testing.assert_allclose(cover, move @ move.T + noise)
-    after, left = kalman.update(state, cover, np.zeros(3), 0.25)
-    information = np.linalg.inv(cover) + np.diag([4.0, 0, 0])
+    np.testing.assert_allclose(covariance, transition @ transition.T + noise)
+    after, left = kalman.update(state, covariance, np.zeros(3), 0.25)
+    information = np.linalg.inv(covariance) + np.diag([4.0, 0, 0])
     np.testing.assert_allclose(left, np.linalg.inv(information), rtol=1e-8)
-    np.testing.assert_allclose(after, left @ np.linalg.inv(cover) @ state, rtol=1e-8)
+    np.testing.assert_allclose(after, left @ np.linalg.inv(covariance) @ state, rtol=1e-8)
 
 
 def test_noise_of_the_transition_adds_up_over_steps():
-    half, half_noise = kalman.transition(0.05, 3.0)
-    whole, whole_noise = kalman.transition(0.1, 3.0)
+    half, half_noise = kalman.motion_model(0.05, 3.0)
+    whole, whole_noise = kalman.motion_model(0.1, 3.0)
     np.testing.assert_allclose(half @ half, whole)
     np.testing.assert_allclose(half @ half_noise @ half.T + half_noise, whole_noise)
 

@@ -1,4 +1,4 @@
-"""Rotations, held against scipy's."""
+"""Rotations, compared with those of scipy."""
 
 import numpy as np
 import pytest
@@ -52,14 +52,14 @@ def test_matrices_of_rotation_vectors_are_those_of_scipy(vectors, scale):
 
 @given(turns, st.sampled_from([1.0, 1e-6, 0.0]))
 def test_rotation_vectors_come_back(vectors, scale):
-    """Up to half a turn; a longer one comes back as the shorter one that turns alike."""
+    """Up to half a turn; a longer vector comes back as the shorter one of the same rotation."""
     vectors = scale * vectors
     found = rotation.to_vectors(rotation.from_vectors(vectors))
     expected = Rotation.from_rotvec(vectors).as_rotvec()
     assert found == pytest.approx(expected, abs=1e-12)
 
 
-def test_half_turns_are_told_as_surely_as_small_ones():
+def test_half_turns_are_recovered_as_accurately_as_small_ones():
     axes = np.random.default_rng(2).normal(size=(100, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     for angle in (np.pi, np.pi - 1e-9, 1e-9):

@@ -1,4 +1,4 @@
-"""Triangulation against scipy, brute force, and another program's points from real film."""
+"""Triangulation against scipy, brute force, and the points of another program from real video."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""An edit changes the hash of just the scripts that rest on the edited module."""
+"""An edit changes the hash of exactly those scripts that depend on the edited module."""
 
 import ast
 import shutil
@@ -22,13 +22,12 @@ def test_closure_follows_imports_through_modules(tmp_path):
     assert names(script) == {
         "__init__.py",
         "data/__init__.py",
+        "data/project.py",
         "data/tables.py",
         "errors.py",
         "kernels/__init__.py",
         "kernels/code_hash.py",
         "kernels/numba_cache.py",
-        "workflow/__init__.py",
-        "workflow/project.py",
     }
 
 
@@ -44,8 +43,8 @@ def test_closure_sees_every_way_to_import(tmp_path):
         assert "data/segments.py" in names(script), line
 
 
-def test_closure_holds_what_python_really_loads():
-    """The static closure of every script covers the modules that importing its imports loads."""
+def test_closure_contains_what_python_really_loads():
+    """The static closure of every script covers the modules that its imports load."""
     for script in sorted(SCRIPTS.rglob("*.py")):
         imports = "\n".join(
             ast.unparse(line)
@@ -66,7 +65,7 @@ def package(tmp_path, monkeypatch):
     return copy
 
 
-def test_hash_changes_with_what_it_rests_on_and_with_nothing_else(package, tmp_path):
+def test_hash_changes_with_what_a_script_depends_on_and_with_nothing_else(package, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from cospeech.data import tables\n")
     before = code_hash.code_hash(script)

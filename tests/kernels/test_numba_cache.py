@@ -1,4 +1,4 @@
-"""What is compiled is never older than the code, wherever that changed."""
+"""Compiled code is never older than its source, wherever that has changed."""
 
 import os
 import shutil
@@ -38,8 +38,8 @@ def write(package, number, value="one()"):
     (package / "apart.py").write_text("VALUE = 1\n")
 
 
-def told(package, program, **environment):
-    """What a program on that package prints in a process of its own."""
+def output(package, program, **environment):
+    """The output of a program that uses the package, in a process of its own."""
     known = {name: value for name, value in os.environ.items() if name != numba_cache.FOLDER}
     return subprocess.run(
         [sys.executable, "-c", program],
@@ -49,14 +49,14 @@ def told(package, program, **environment):
 
 
 @pytest.mark.parametrize("value", ["one()", "FACTOR"])
-def test_a_kernel_or_constant_that_changed_elsewhere_is_compiled_anew(tmp_path, value):
+def test_a_kernel_or_constant_that_changed_elsewhere_is_compiled_again(tmp_path, value):
     package, kept = tmp_path / "cospeech", str(tmp_path / "kept")
     twice = "from cospeech import caller; print(caller.twice())"
     write(package, 1, value)
-    assert (told(package, twice), told(package, twice, NUMBA_CACHE_DIR=kept)) == ("2", "2")
+    assert (output(package, twice), output(package, twice, NUMBA_CACHE_DIR=kept)) == ("2", "2")
     write(package, 5, value)
-    assert told(package, twice) == "10"
-    assert told(package, twice, NUMBA_CACHE_DIR=kept) == "2"  # so numba alone would not see it
+    assert output(package, twice) == "10"
+    assert output(package, twice, NUMBA_CACHE_DIR=kept) == "2"  # numba alone would not notice
 
 
 def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path):
@@ -65,15 +65,15 @@ def test_folders_of_older_code_go_and_other_code_does_not_count(tmp_path):
     write(package, 1)
     old = package / "__pycache__" / "compiled-0"
     old.mkdir(parents=True)
-    assert told(package, folder, NUMBA_CACHE_DIR="mine") == "mine"
+    assert output(package, folder, NUMBA_CACHE_DIR="mine") == "mine"
     assert old.is_dir()
-    before = told(package, folder)
+    before = output(package, folder)
     assert before.startswith(str(package / "__pycache__" / "compiled-"))
     assert not old.exists()
     (package / "apart.py").write_text("VALUE = 2\n")
-    assert told(package, folder) == before
+    assert output(package, folder) == before
     write(package, 2)
-    assert told(package, folder) != before
+    assert output(package, folder) != before
 
 
 def test_a_read_only_package_keeps_its_kernels_in_the_users_cache(tmp_path):
@@ -81,12 +81,12 @@ def test_a_read_only_package_keeps_its_kernels_in_the_users_cache(tmp_path):
     write(package, 1)
     (package / "__pycache__").touch()  # a file in place of the folder: unlike permissions, it stops even root
     twice = "import os; from cospeech import caller; print(caller.twice(), os.environ['NUMBA_CACHE_DIR'])"
-    value, folder = told(package, twice, XDG_CACHE_HOME=str(cache)).split()
+    value, folder = output(package, twice, XDG_CACHE_HOME=str(cache)).split()
     assert value == "2"
     assert list(cache.glob("cospeech/*/compiled-*")) == [Path(folder)]
     assert {path.suffix for path in Path(folder).rglob("*") if path.is_file()} == {".nbi", ".nbc"}
     write(package, 5)
-    assert told(package, twice, XDG_CACHE_HOME=str(cache)).split()[0] == "10"
+    assert output(package, twice, XDG_CACHE_HOME=str(cache)).split()[0] == "10"
     assert not Path(folder).exists()
 
 
@@ -95,10 +95,10 @@ def test_a_kernel_does_not_load_linear_algebra_and_does_not_hide_it(tmp_path):
     write(package, 1)
     loaded = "print(sorted({'scipy.linalg', 'scipy.linalg.cython_blas', 'cffi'} & set(sys.modules)))"
     call = f"import sys; from cospeech import caller; caller.twice(); {loaded}"
-    assert told(package, call) == told(package, call) == "[]"
+    assert output(package, call) == output(package, call) == "[]"
     after = (
         "from cospeech import caller; caller.twice(); from scipy.linalg import solve; print(solve([[2.0]], [4.0])[0])"
     )
-    assert told(package, after) == "2.0"
+    assert output(package, after) == "2.0"
     product = "import numpy as np; print(njit(lambda a, b: a @ b, cache=False)(np.eye(2), 3.0 * np.eye(2))[1, 1])"
-    assert told(package, f"from cospeech.kernels.jit import njit; {product}") == "3.0"
+    assert output(package, f"from cospeech.kernels.jit import njit; {product}") == "3.0"

@@ -1,16 +1,15 @@
-"""The semi-Markov model against the sum and the maximum over all paths, and against models that were planted."""
+"""The HSMM against the sum and the maximum over all paths, and against planted models."""
 
 import dataclasses
 import itertools
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech.data import segments, tables
+from cospeech.data import segments
 from cospeech.errors import UserError
 from cospeech.markov import hsmm, hsmm_kernels
 
@@ -95,7 +94,7 @@ def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
         observed = np.array(model.symbols, dtype=object)[codes]
         every = {path: probability(model, path, codes, weight, censoring) for path in all_paths(model, n_frames)}
         total = sum(every.values())
-        if total == 0:  # the zeros left no way through these frames
+        if total == 0:  # because of the zeros, no path covers these frames
             with pytest.raises(ValueError, match="no path"):
                 hsmm.decode(model, observed, weight, censoring)
             assert hsmm.log_likelihood(model, observed, weight, censoring) == -np.inf
@@ -139,58 +138,6 @@ def test_draws_follow_the_posterior(weight, censoring):
     assert abs(statistic - freedom) < 4 * math.sqrt(2 * freedom)
 
 
-def test_a_long_path_is_worth_what_its_tables_say(tmp_path):
-    rng = np.random.default_rng(3)
-    model = hsmm.floored(random_model(rng, 7, 8, 400, zeros=True), 1e-6)
-    observed = np.repeat(rng.integers(8, size=200), 12)
-    observed = np.array(model.symbols, dtype=object)[observed]
-    written = hsmm.to_tables(model, FRAME_S, 1e-6)
-    for name in hsmm.TABLES:
-        tables.write(written[name], tmp_path / f"{name}.parquet", name, corpus="virtual", config_hash="0")
-    read = {name: tables.read(tmp_path / f"{name}.parquet", name) for name in hsmm.TABLES}
-    again = hsmm.from_tables(read)
-    assert again.states == model.states
-    assert again.symbols == model.symbols
-    for name in ("initial", "transitions", "emissions", "durations"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
-        np.testing.assert_allclose(getattr(model, name).sum(axis=-1), 1.0, atol=1e-12)
-    for weight, censoring in itertools.product((1.0, 0.2, 0.0), ("none", "right")):
-        for path in (
-            hsmm.decode(again, observed, weight, censoring),
-            hsmm.sample(again, observed, np.random.default_rng(5), weight, censoring),
-        ):
-            phrases = segments.from_starts("r", path.starts, path.labels, len(observed), 1 / FRAME_S)
-            assert hsmm.path_score(read, phrases, observed, weight, censoring) == pytest.approx(
-                path.log_score, abs=1e-9
-            )
-            assert score_by_rows(read, phrases, observed, weight, censoring) == pytest.approx(
-                path.log_score, abs=1e-9
-            )
-
-
-def score_by_rows(model_tables, phrases, observed, weight, censoring):
-    """The score of a path, looked up row by row as somebody with nothing but the files would do it."""
-    look = {
-        "initial": model_tables["initial"].set_index("gesture")["probability"].to_dict(),
-        "transitions": model_tables["transitions"].set_index(["from_gesture", "to_gesture"])["probability"].to_dict(),
-        "emissions": model_tables["emissions"].set_index(["gesture", "prosody"])["probability"].to_dict(),
-        "durations": model_tables["durations"].set_index(["gesture", "bin"])["probability"].to_dict(),
-    }
-    n_bins = int(model_tables["durations"]["bin"].max())
-    rows = list(phrases.itertuples())
-    terms = [math.log(look["initial"][rows[0].label])]
-    terms += [math.log(look["transitions"][before.label, after.label]) for before, after in itertools.pairwise(rows)]
-    for row in rows:
-        length = row.end_frame - row.start_frame
-        longer = range(length, n_bins + 1) if row is rows[-1] and censoring == "right" else [length]
-        terms.append(math.log(min(1.0, math.fsum(look["durations"][row.label, k] for k in longer))))
-        terms += [
-            weight * math.log(look["emissions"][row.label, observed[t]])
-            for t in range(row.start_frame, row.end_frame)
-        ]
-    return math.fsum(terms)
-
-
 @given(
     st.integers(0, 10_000),
     st.integers(1, 40),
@@ -215,13 +162,13 @@ def test_no_path_scores_more_than_the_best_and_all_cover_the_sequence(seed, n_fr
 
 
 def log_sum(terms):
-    """log sum exp, minus infinity where there is nothing to sum."""
+    """Log-sum-exp, minus infinity if there is nothing to sum."""
     largest = max(terms)
     return largest if largest == -math.inf else largest + math.log(math.fsum(math.exp(x - largest) for x in terms))
 
 
 def ending_in_logarithms(model, codes):
-    """The forward recursion of an explicit-duration model as textbooks write it, all of it in logarithms."""
+    """The forward recursion of an explicit-duration model in logarithms, as in textbooks."""
     with np.errstate(divide="ignore"):
         initial, transitions, emissions, durations = (
             np.log(p) for p in (model.initial, model.transitions, model.emissions, model.durations)
@@ -246,10 +193,10 @@ def ending_in_logarithms(model, codes):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
+def test_sums_are_exact_for_emissions_that_differ_by_hundreds_of_orders(seed):
     # States that agree with the symbols for a while and then not at all: sums rise and fall by exp(1000) and more
-    # within one duration, so that the kernel's scaled sums overflow, underflow and are begun again; few durations are
-    # possible, so that what was lost in the scaling would be missed.
+    # within one duration, so that the scaled sums of the kernel overflow, underflow and start again. As few durations
+    # are possible, any loss in the scaling would be noticed.
     rng = np.random.default_rng(seed)
     model = random_model(rng, 3, 3, 60)
     sharp = np.full((3, 3), 1e-15) + np.eye(3)
@@ -267,7 +214,7 @@ def test_the_sums_survive_emissions_that_differ_by_hundreds_of_orders(seed):
     assert total == pytest.approx(log_sum(expected[-1]), rel=1e-12)
 
 
-def test_equal_paths_are_told_apart_by_a_fixed_rule():
+def test_ties_are_broken_by_a_fixed_rule():
     model = hsmm.HSMM(
         states=("b", "a"),
         symbols=("p1",),
@@ -305,12 +252,12 @@ def segment_table(labels, lengths, record="r"):
 
 
 def test_the_counts_of_a_short_sequence_by_hand():
-    # rest rest left rest, of 2, 1, 3 and 9 frames; the last is longer than the 4 bins
-    phrases = segment_table(["rest", "rest", "left", "rest"], [2, 1, 3, 9])
+    # b b a b, of 2, 1, 3 and 9 frames; the last is longer than the 4 bins
+    table = segment_table(["b", "b", "a", "b"], [2, 1, 3, 9])
     observed = ["p1"] * 4 + ["p2"] * 11
-    counts = hsmm.count(phrases, observed, ("left", "rest", "right"), ("p1", "p2", "p3"), 4)
+    counts = hsmm.count(table, observed, ("a", "b", "c"), ("p1", "p2", "p3"), 4)
     model = hsmm.estimate(counts, floor=0.0)
-    assert model.states == ("left", "rest")  # nothing was seen of right
+    assert model.states == ("a", "b")  # c does not occur
     np.testing.assert_allclose(model.initial, [0, 1])
     np.testing.assert_allclose(model.transitions, [[0, 1], [1 / 2, 1 / 2]])
     np.testing.assert_allclose(model.emissions, [[1 / 3, 2 / 3, 0], [3 / 12, 9 / 12, 0]])
@@ -324,8 +271,7 @@ def test_the_floor_is_the_least_share_before_the_scaling_and_the_sums_stay_one()
     model = hsmm.estimate(counts, floor=0.01)
     np.testing.assert_allclose(model.durations[0], np.array([0.01, 1, 0.01, 0.01, 0.01]) / 1.04)
     np.testing.assert_allclose(model.emissions[0], np.array([1, 0.01]) / 1.01)
-    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: anything may follow
-    assert hsmm.to_tables(model, FRAME_S, 0.01)["initial"]["floor"].tolist() == [0.01, 0.01]
+    np.testing.assert_allclose(model.transitions[1], [0.5, 0.5])  # b was never left: any state may follow
 
 
 def test_smoothing_spreads_durations_and_keeps_their_mass():
@@ -341,7 +287,7 @@ def test_smoothing_spreads_durations_and_keeps_their_mass():
 
 def test_planted_parameters_are_recovered_within_sampling_error():
     # Pearson's statistic of each multinomial against the planted probabilities, over the cells expected at least 5
-    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 in 1000 rows would not by chance.
+    # times, lies within the 0.999 quantile of chi-square (Wilson-Hilferty); about 1 row in 1000 is outside by chance.
     rng = np.random.default_rng(11)
     planted = random_model(rng, 4, 5, 30)
     records = []
@@ -377,7 +323,7 @@ def test_planted_parameters_are_recovered_within_sampling_error():
             assert statistic < quantile, (name, row, statistic, quantile)
 
 
-# ---------------------------------------------------------------- what cannot be
+# ---------------------------------------------------------------- invalid input
 
 
 def test_wrong_input_is_named():
@@ -390,27 +336,13 @@ def test_wrong_input_is_named():
         hsmm.count(segment_table(["a"], [3]), ["p1", "p1"], ("a",), ("p1",), 4)
     with pytest.raises(UserError, match="label 'x'"):
         hsmm.count(segment_table(["x"], [2]), ["p1", "p1"], ("a",), ("p1",), 4)
-    written = hsmm.to_tables(model, FRAME_S)
-    written["transitions"] = written["transitions"].iloc[1:]
-    with pytest.raises(UserError, match="transitions table: lacks from_gesture 'g2', to_gesture 'g2'"):
-        hsmm.from_tables(written)
-    written = hsmm.to_tables(model, FRAME_S)
-    written["emissions"] = pd.concat([written["emissions"], written["emissions"].replace("g1", "g9")])
-    with pytest.raises(UserError, match="emissions table: has a row"):
-        hsmm.from_tables(written)
-
-
-def test_a_path_longer_than_the_longest_duration_is_worth_nothing():
-    model = hsmm.floored(random_model(np.random.default_rng(0), 2, 2, 3), 1e-6)
-    phrases = segment_table(["g1"], [5])
-    assert hsmm.path_score(hsmm.to_tables(model, FRAME_S), phrases, ["p1"] * 5) == -np.inf
 
 
 @pytest.mark.parametrize("floor", [0.0, 1e-4])
 @pytest.mark.parametrize("n_bins", [5, 41, 120])
 @pytest.mark.parametrize("censoring", ["none", "right"])
 def test_long_sequences_get_the_best_score_of_the_plain_recursion(censoring, n_bins, floor):
-    # Longer than the window of frames of which scores are kept; with durations of which few were ever seen.
+    # Longer than the window of frames whose scores are kept, with sparse durations.
     rng = np.random.default_rng(21)
     n_frames = 2 * hsmm_kernels.SPAN + 77
     model = random_model(rng, 3, 4, n_bins, zeros=True)

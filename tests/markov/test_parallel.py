@@ -20,7 +20,7 @@ FLOOR = 1e-3
 
 
 def counts_of(expect, model, frames, clamp):
-    """Return log-likelihood and counts of one way to expect, by (branch, place) and with raw moments."""
+    """Return log-likelihood and counts of one implementation, by (branch, place) and with raw moments."""
     branches, states, features = model.mean.shape
     forms = parallel._forms(model)
     counts = expect(forms, frames, clamp or parallel.unclamped(branches))
@@ -70,7 +70,7 @@ def test_equals_all_paths_of_tiny_models(clamped):
 
 
 def dense(model):
-    """Return the same model as hmmlearn's, states branch by branch."""
+    """Return the model in the form of hmmlearn, states branch by branch."""
     branches, states, features = model.mean.shape
     first = np.arange(branches) * states
     transitions = np.diag(model.stay.ravel())
@@ -98,7 +98,7 @@ def test_equals_hmmlearn(branches, states):
     peer = dense(model)
     for sequence in frames:
         assert parallel.log_likelihood(model, sequence) == pytest.approx(peer.score(sequence), rel=1e-9)
-        if states > 1:  # with one state, staying and coming back are one step to hmmlearn and two to us
+        if states > 1:  # with one state, staying and returning are one transition in hmmlearn and two here
             score, _ = peer.decode(sequence)
             assert parallel.decode(model, sequence).score == pytest.approx(score, rel=1e-9)
 
@@ -117,7 +117,7 @@ def test_counts_of_a_sequence_longer_than_what_is_kept_equal_the_exact_ones():
 
 @pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning:hmmlearn.utils")
 def test_one_update_equals_hmmlearn_s():
-    # One branch is a ring, which hmmlearn expresses too; its means and variances carry no prior here.
+    # One branch is a ring, which hmmlearn can express; here its means and variances have no prior.
     rng = np.random.default_rng(3)
     model = random_model(rng, 1, 4, 3)
     sequences = [sample(random_model(rng, 1, 4, 3), n, rng)[0] for n in (200, 150)]
@@ -151,7 +151,7 @@ def test_likelihood_never_falls(floor, clamped):
         start = random_model(rng, branches, states, 3, spread=2.0)
         fit = parallel.fit(start, sequences, np.full(3, floor), 40, 0.0, clamps)
         steps = np.diff(fit.log_likelihoods)
-        # A step may stand still but for the rounding of sums of 200 terms.
+        # A step may have no gain, apart from the rounding of sums of 200 terms.
         assert (steps >= -1e-12 * np.abs(fit.log_likelihoods[1:])).all()
         assert fit.model.variance.min() >= floor
         assert np.isfinite(np.concatenate([values.ravel() for values in fit.model])).all()
@@ -170,7 +170,7 @@ def test_finds_a_planted_model_again():
         entry=np.full(3, 1 / 3), stay=np.full((3, 2), 0.5), mean=true.mean + rng.normal(0, 0.5, true.mean.shape)
     )
     found = parallel.fit(start, sequences, np.full(4, FLOOR), 60, 1e-9).model
-    # Four standard errors of 20,000 frames in six states, about 3,000 a state and 300 passes through a branch.
+    # Four standard errors of 20,000 frames in six states, about 3,000 per state and 300 passes through a branch.
     np.testing.assert_allclose(found.entry, true.entry, atol=4 * np.sqrt(0.25 / 1300))
     np.testing.assert_allclose(found.stay, true.stay, atol=4 * np.sqrt(0.16 / 1200))
     np.testing.assert_allclose(found.mean, true.mean, atol=4 * np.sqrt(1.0 / 1200))
@@ -204,8 +204,9 @@ def test_extreme_outliers_are_survived_and_exact():
 
 
 def test_scaled_probabilities_know_when_they_lose_the_path():
-    # Leaving the first branch costs a state that fits none of the frames, more than a double can hold; staying costs
-    # little in every single frame, yet more in all. Rounded down, the way out is lost: the two bounds must tell.
+    # To leave the first branch, the path must pass through a state that fits no frame, with a probability that
+    # underflows; staying costs little per frame, but more in total. The forward pass loses the best path, and the two
+    # bounds must show it.
     model = ParallelHMM(
         np.array([1.0 - 1e-9, 1e-9]),
         np.full((2, 2), 0.5),

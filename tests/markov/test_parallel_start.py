@@ -1,4 +1,4 @@
-"""Where training starts: segments split into states, seeded clusters, and the floor of the variances."""
+"""Initial models: segments split into states, seeded clusters, and the floor of the variances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames right and Cohen's kappa, against scikit-learn and an example by hand."""
+"""Share of frames right and Cohen's kappa, against scikit-learn and an example by hand."""
 
 import math
 

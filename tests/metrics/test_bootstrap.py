@@ -1,4 +1,4 @@
-"""Intervals: they hold the true mean as often as they say, and the draws are those of a stratified bootstrap."""
+"""The coverage of intervals is as stated, and draws are those of a stratified bootstrap."""
 
 import math
 
@@ -30,15 +30,15 @@ def test_coverage_with_many_records(strata):
 
 
 def test_coverage_of_the_demo_with_two_actors_of_four_records():
-    # Not 0.95: eight numbers have no far tails to draw from. The page says so.
+    # Not 0.95: the tails of eight numbers are too short. The report says so.
     assert coverage(["a"] * 4 + ["b"] * 4) == pytest.approx(0.92, abs=0.02)
 
 
 def test_four_records_give_their_range_and_cover_less():
-    # The range of four holds the mean of a symmetric distribution but where all lie on one side: 1 - 2 / 2^4.
+    # The range of four numbers contains the mean of a symmetric distribution unless all are on one side: 1 - 2 / 2^4.
     values = np.random.default_rng(1).normal(size=(1, 4))
     low, high = interval_of_mean(values, ["a"] * 4, samples=4000)
-    # The widest draw, four times the same record, has probability 1/256.
+    # The most extreme draw, four times the same record, has probability 1/256.
     assert low[0] == pytest.approx(values.min(), abs=1e-12)
     assert high[0] == pytest.approx(values.max(), abs=1e-12)
     assert coverage(["a"] * 4) == pytest.approx(0.875, abs=0.026)
@@ -54,7 +54,7 @@ def test_plain_percentiles_would_cover_less():
 def test_expanded_tail_gives_the_t_interval_where_the_mean_is_normal():
     n = 12
     values = np.random.default_rng(4).normal(3.0, 2.0, n)
-    spread = values.std(ddof=0) / math.sqrt(n)  # of the mean in a bootstrap world
+    spread = values.std(ddof=0) / math.sqrt(n)  # of the bootstrap mean
     z = -stats.norm.ppf(bootstrap.expanded_tail(0.9, n, n - 1))
     expected = stats.t.interval(0.9, n - 1, values.mean(), values.std(ddof=1) / math.sqrt(n))
     assert (values.mean() - z * spread, values.mean() + z * spread) == pytest.approx(expected)

@@ -15,7 +15,7 @@ TIMES = st.lists(st.integers(0, 400), max_size=12, unique=True).map(lambda frame
 
 
 def most_pairs(one, two, tolerance_s):
-    """The greatest number of pairs, by a general algorithm for bipartite graphs."""
+    """The size of the largest matching, by a general algorithm for bipartite graphs."""
     if len(one) == 0 or len(two) == 0:
         return 0
     near = np.abs(np.subtract.outer(one, two)) <= tolerance_s + 1e-9
@@ -26,7 +26,7 @@ def test_by_hand():
     actual, synthesised = [0.0, 2.0, 5.0], [0.0, 1.5, 4.0, 9.0]
     assert boundaries.nearest_distances(synthesised, actual).tolist() == [0.0, 0.5, 1.0, 4.0]
     assert boundaries.distance(synthesised, actual) == pytest.approx(5.5 / 4)
-    # The other way round three actual boundaries look for the nearest synthesised one.
+    # The other way round, from each of three actual boundaries to the nearest synthesised one.
     assert boundaries.distance(actual, synthesised) == pytest.approx((0 + 0.5 + 1.0) / 3)
     # Within 0.5 s: 0 with 0 and 1.5 with 2, so precision 2/4, recall 2/3, F1 4/7.
     assert boundaries.matches(synthesised, actual, 0.5) == 2
@@ -41,7 +41,7 @@ def test_distances_are_in_the_unit_of_the_boundaries():
 
 def test_one_boundary_is_paired_once():
     assert boundaries.matches([1.0, 1.1, 1.2], [1.1], 0.5) == 1
-    # Pairing the nearest first would leave one over: 1.0 with 1.05, then 0.6 with nothing.
+    # Pairing the nearest ones first would leave one over: 1.0 with 1.05, then 0.6 with none.
     assert boundaries.matches([0.6, 1.0], [1.05, 1.4], 0.45) == 2
 
 

@@ -1,4 +1,4 @@
-"""S: the cosine of duration histograms, against examples by hand and a second way to count."""
+"""S, the cosine of duration histograms, against examples by hand and another way to count."""
 
 import math
 

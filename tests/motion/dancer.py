@@ -1,4 +1,4 @@
-"""Bodies that move, and phrases for them."""
+"""Moving bodies and phrases for the tests."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from cospeech.motion import skeleton
 
 
 def motion(n_frames=60, fps=20.0, seed=0, walk_m=0.0, turn_deg=0.0):
-    """A body whose arms swing, that may walk at random and turn."""
+    """A body with swinging arms that may walk at random and turn."""
     rng = np.random.default_rng(seed)
     time = np.arange(n_frames) / fps
     angles = np.zeros((n_frames, len(skeleton.JOINTS), 3))
@@ -24,7 +24,7 @@ def motion(n_frames=60, fps=20.0, seed=0, walk_m=0.0, turn_deg=0.0):
 
 
 def phrases(n_frames=60, fps=20.0, seed=0, record="ada_1", labels=("rest", "left", "open")):
-    """A segment table over ``n_frames`` with phrases of about a second."""
+    """A segment table over ``n_frames`` with phrases of about one second."""
     rng = np.random.default_rng(seed)
     starts = np.cumsum(np.append(0, rng.integers(fps // 2, 2 * fps, n_frames)))
     starts = starts[starts < n_frames]

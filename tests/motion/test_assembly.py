@@ -1,4 +1,4 @@
-"""Stretching and joining: the shortest arc, the ends, and what of the record's own motion is kept."""
+"""Stretching and joining: the shortest arc, the ends, and the recorded motion that is kept."""
 
 import numpy as np
 import pandas as pd
@@ -93,7 +93,7 @@ def test_smoothing_takes_the_jumps_out_and_leaves_the_middle_of_phrases():
     before, after = (np.abs(table[joints].diff().to_numpy()) for table in (rough, smoothed))
     within = np.ones(len(rough), dtype=bool)
     within[[0, *starts]] = False
-    jumps = before[starts] > before[within].max()  # wider than anything that happens inside a phrase
+    jumps = before[starts] > before[within].max()  # larger than any jump inside a phrase
     assert jumps.any()
     assert (after[starts][jumps] < 0.4 * before[starts][jumps]).all()
     far = smoothing.influence(starts, len(rough), 5) == 0
@@ -104,7 +104,7 @@ def test_a_class_that_nobody_shows_is_bridged():
     shown = segments.from_starts("ada_1", [0, 40, 80, 120], ["never", "rest", "never", "left"], 150, FPS)
     table, selected, *_ = made("none", shown)
     arms = skeleton.rotations(skeleton.angles(table, assembly.SYNTHESISED))
-    assert np.ptp(arms[:41], axis=0).max() < 1e-9  # nothing before it: the first known pose is held
+    assert np.ptp(arms[:41], axis=0).max() < 1e-9  # no pose before it: the first known one is held
     ends = arms[[79, 120]]
     assert arms[80:120] == pytest.approx(assembly.interpolate(ends, np.arange(1, 41) / 41), abs=1e-9)
     assert selected["template_record"].isna().tolist() == [True, False, True, False]

@@ -1,4 +1,4 @@
-"""The triple that stands for a rotation: always the same rotation, without jumps, and one name for one pose."""
+"""Euler angles of the same rotations, without jumps, and the same angles for the same pose."""
 
 import itertools
 
@@ -19,20 +19,20 @@ def body(arm_deg):
     return skeleton.rotations(angles)
 
 
-def test_an_arm_that_passes_the_pose_straight_out_to_the_side_runs_on():
-    # to the side, over the locked pose to above the head, and back
+def test_an_arm_that_passes_through_the_gimbal_lock_is_continuous():
+    # to the side, through the gimbal lock to above the head, and back
     lift = np.concatenate([np.linspace(5, 160, 60), np.linspace(160, 5, 60)])
     planted = np.column_stack([np.full(120, -7.0), np.full(120, 12.0), lift])
     found = euler.least_change(body(planted))[:, ARM]
-    assert np.abs(np.diff(skeleton.euler(body(planted))[:, ARM], axis=0)).max() > 150  # what it is spared
+    assert np.abs(np.diff(skeleton.euler(body(planted))[:, ARM], axis=0)).max() > 150  # the fixed choice jumps
     np.testing.assert_allclose(found, planted, atol=1e-6)
 
 
-def test_one_pose_has_one_name_however_the_arm_came_there():
+def test_the_same_pose_has_the_same_angles_however_the_arm_came_there():
     rest, stay = np.array([-10.0, 5.0, 8.0]), 400
     over_the_side = np.column_stack([np.full(50, -10.0), np.full(50, 5.0), np.linspace(8, 150, 50)])
     # on from above the head, down in front of the body, to the same rest
-    above = np.array([170.0, 185.0, 30.0])  # the second name of (-10, 5, 150)
+    above = np.array([170.0, 185.0, 30.0])  # the second triple of (-10, 5, 150)
     down = above + np.linspace(0, 1, 50)[:, None] * (rest - above)
     path = np.vstack([over_the_side, down, np.tile(rest, (stay, 1))])
     found = euler.least_change(body(path))[:, ARM]
@@ -40,7 +40,7 @@ def test_one_pose_has_one_name_however_the_arm_came_there():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_every_rotation_stays_what_it_is_and_every_angle_in_its_turn(seed):
+def test_rotations_are_kept_and_angles_stay_within_half_a_turn_of_the_middle(seed):
     rng = np.random.default_rng(seed)
     angles = rng.uniform(-400, 400, (50, len(skeleton.JOINTS), 3))
     matrices = skeleton.rotations(angles)
@@ -73,7 +73,7 @@ def test_a_single_frame_has_the_triple_nearest_to_the_middle():
 @given(st.integers(0, 10_000))
 def test_followed_angles_are_the_same_rotations_in_small_steps(seed):
     rng = np.random.default_rng(seed)
-    # A smooth curve through the lock: the arm swings out to the side and beyond, twisting on.
+    # A smooth curve through the gimbal lock: the arm swings out to the side and beyond while it twists.
     time = np.linspace(0, 1, 100)[:, None]
     smooth = np.stack([200 * time, 300 * time, 60 + 60 * time], axis=-1) * rng.uniform(0.3, 1, 3)
     canonical = skeleton.euler(skeleton.rotations(smooth))

@@ -1,4 +1,4 @@
-"""The body's geometry against the textbook."""
+"""The geometry of the body against textbook formulas."""
 
 import numpy as np
 import pytest

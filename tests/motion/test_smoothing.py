@@ -1,4 +1,4 @@
-"""The filters of figure 6.3 against other programs; what smoothing around boundaries keeps and what it changes."""
+"""The filters of figure 6.3 against other programs, and what smoothing around boundaries changes."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_exponential_is_the_recursion_run_forward_and_backward(window):
     factor = 2 / (window + 1)
     forward = lfilter([factor], [1, factor - 1], impulse)
     both = lfilter([factor], [1, factor - 1], forward[::-1])[::-1]
-    kept = slice(200 - 2 * window, 200 + 2 * window + 1)  # the kernel is cut off there, and the rest shared out
+    kept = slice(200 - 2 * window, 200 + 2 * window + 1)  # the kernel is truncated there and normalised
     assert smoothing.kernel("exponential", window) == pytest.approx(both[kept] / both[kept].sum(), rel=1e-9)
     assert both[kept].sum() > 0.95
     assert both[200] == pytest.approx(1 / window)
@@ -46,7 +46,7 @@ def test_exponential_is_the_recursion_run_forward_and_backward(window):
 @given(st.sampled_from(LINEAR), st.integers(1, 12), st.floats(-50, 50), st.floats(-5, 5))
 def test_a_steady_movement_stays_as_it_is(name, window, start, speed):
     line = start + speed * np.arange(100.0)
-    middle = slice(30, 70)  # beyond the reach of the ends, where the first and last value go on
+    middle = slice(30, 70)  # away from the ends, where the first and last value are repeated
     assert smoothing.smooth(line, name, window)[middle] == pytest.approx(line[middle], abs=1e-9)
 
 

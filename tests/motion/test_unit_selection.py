@@ -101,7 +101,12 @@ def test_what_cannot_be_shown_has_no_template():
     shown = segments.from_starts("ada_1", [0, 40, 41, 80], ["rest", "left", "never", "open"], 400, 40.0)
     found = unit_selection.select(shown, unit_selection.templates(gestures, motions), 100, 10.0, 0.5)
     missing = found["template_record"].isna().tolist()
-    assert missing == [False, True, True, False]  # 40 is too short for a frame at 10 a second; nobody shows 'never'
+    assert missing == [
+        False,
+        True,
+        True,
+        False,
+    ]  # 40 is too short for a frame at 10 frames/s; 'never' has no template
     assert found["template_segment"].isna().tolist() == missing
     assert found["duration_penalty"].isna().tolist() == missing
     line = unit_selection.summary(found, 0.5)

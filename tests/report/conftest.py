@@ -11,21 +11,45 @@ from PIL import Image
 
 from cospeech.data import tables
 from cospeech.evaluation import motion, recovery, sessions
+from cospeech.report import exhibits as exhibits_of_report
+from cospeech.report import systems as reported
 from cospeech.workflow import job
 
 ROOT = plausible.ROOT
-MAIN = "clusters~8/states~3"
-PICTURED = ["hsmm", "hsmm_weighted"]
-STRIPS = [*PICTURED, "hsmm_weighted_shifted", "random"]
-TITLES = {name: system["title"] for name, system in plausible.SYSTEMS.items()} | {"actual": "actual"}
+TEMPLATE = ROOT / "reports/template"
+CONFIG = yaml.safe_load((ROOT / "config/demo.yaml").read_text(encoding="utf-8"))
+SHOWN = ["hsmm_weighted"]
+PICTURED = reported.pictured(plausible.SYSTEMS, SHOWN)
+IN_TIMELINE = reported.in_timeline(plausible.SYSTEMS, SHOWN)
+EVERY_CONDITION = [condition.name for condition in exhibits_of_report.CONDITIONS]
+
+NAMES = {
+    "record": list(plausible.ACTORS),
+    "first_record": ["ada_1"],
+    "captured": list(plausible.ACTORS),
+    "pictured": [plausible.SYSTEMS[name] for name in PICTURED],
+    "in_timeline": [plausible.SYSTEMS[name] for name in IN_TIMELINE],
+    "third_party": [],
+    "setting": ["clusters~8/states~3"],
+}
+ABOUT_RUN = {
+    "systems": plausible.PARAMS,
+    "actors": plausible.ACTORS,
+    "pictured": PICTURED,
+    "in_timeline": IN_TIMELINE,
+    "main": {"clusters": 8, "states": 3},
+}
 
 
 class Named(list):
     """What Snakemake gives a script as input, output or params: a list with names."""
 
-    def __init__(self, **names):
-        super().__init__(names.values())
+    def __init__(self, *unnamed, **names):
+        super().__init__([*unnamed, *names.values()])
         self.__dict__.update(names)
+
+    def __getitem__(self, key):
+        return self.__dict__[key] if isinstance(key, str) else super().__getitem__(key)
 
     def items(self):
         return self.__dict__.items()
@@ -43,15 +67,16 @@ class Run:
     def path(self, name):
         return str(self.results / name)
 
-    def script(self, name, exhibit=None, input=None, output=None, **params):
+    def sources(self, names):
+        """The files of sources, by the name of the source."""
+        return {name: [self.path(path) for path in exhibits_of_report.SOURCES[name].paths(NAMES)] for name in names}
+
+    def script(self, name, input, output, **params):
         """Run scripts/report/<name>.py as Snakemake would."""
-        if exhibit is not None:
-            output = {kind: str(self.reports / f"figures/{exhibit}.{kind}") for kind in ("svg", "png")}
-            output["table"] = str(self.reports / f"tables/{exhibit}.csv")
         given = types.SimpleNamespace(
             input=Named(**input),
-            output=Named(**output),
-            params=Named(**params, corpus="virtual", code="0"),
+            output=output,
+            params=Named(**ABOUT_RUN, **params, corpus="virtual", code="0"),
             wildcards=Named(),
             rule=name,
             log=[str(self.results / f"logs/{name}.log")],
@@ -92,20 +117,23 @@ def tables_of_a_run(tmp_path_factory):
         rng = np.random.default_rng(3)
         run.write(table, f"phrases/gesture/{record}.parquet", "segments")
         run.write(plausible.speech(record, rng), f"speech/{record}/prosody.parquet", "prosody")
+        run.write(plausible.observability(), f"capture/{record}/observability.parquet", "observability")
         film(run.results / f"animation/{record}/comparison.mp4")
+    film(run.results / "transplant/deniz/ada_1/comparison.mp4")
     for (system, record), table in plausible.synthesised_phrases(actual).items():
-        if system in STRIPS:
-            run.write(table, f"synthesis/{system}/{MAIN}/{record}/phrases.parquet", "segments")
-    run.write(plausible.clusters("ada_1", np.random.default_rng(1)), "phrases/prosody/ada_1.parquet", "segments")
+        if system in IN_TIMELINE:
+            variant = plausible.SYSTEMS[system].variant
+            run.write(table, f"synthesis/{system}/{variant}/{record}/phrases.parquet", "segments")
+    clusters = plausible.clusters("ada_1", np.random.default_rng(1))
+    run.write(clusters, "phrases/prosody/clusters~8/states~3/fold~ada_1/segments.parquet", "segments")
     run.write(plausible.records(), "corpus/records.parquet", "records")
     run.write(plausible.annotations(), "corpus/annotations.parquet", "annotations")
     scores = plausible.record_scores()
-    run.write(
-        sessions.session_scores(scores, plausible.BOOTSTRAP), "evaluation/session_scores.parquet", "session_scores"
-    )
-    run.write(
-        sessions.differences(scores, 8, 3, plausible.BOOTSTRAP), "evaluation/differences.parquet", "differences"
-    )
+    main = {name: system.variant for name, system in plausible.SYSTEMS.items()}
+    session_scores = sessions.session_scores(scores, plausible.BOOTSTRAP)
+    run.write(session_scores, "evaluation/session_scores.parquet", "session_scores")
+    differences = sessions.differences(scores, main, plausible.BOOTSTRAP)
+    run.write(differences, "evaluation/differences.parquet", "differences")
     motions = {}
     for place, system in enumerate((motion.ORIGINAL, *PICTURED, "random")):
         for number, record in enumerate(plausible.ACTORS):
@@ -115,130 +143,69 @@ def tables_of_a_run(tmp_path_factory):
     run.write(statistics, "evaluation/motion_statistics.parquet", "motion_statistics")
     run.write(histograms, "evaluation/motion_histograms.parquet", "motion_histograms")
     run.write(recovery.table(plausible.recovery_rows()), "evaluation/recovery.parquet", "recovery")
+    run.write(plausible.transplant(), "evaluation/transplant.parquet", "transplant")
     run.write(plausible.smoothing(), "animation/smoothing.parquet", "smoothing_trial")
     run.write(plausible.stills(), "animation/stills.parquet", "stills")
     run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
     run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
     run.write(plausible.film_effect(), "evaluation/film_effect.parquet", "film_effect")
-    run.write(plausible.observability(), "capture/observability.parquet", "observability")
-    for name in ("stills", "strip"):
-        Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"animation/{name}.png")
+    for name in ("animation/stills", "animation/strip", "capture/rig"):
+        Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"{name}.png")
     return run
 
 
 @pytest.fixture(scope="session")
 def exhibits(tables_of_a_run):
     """The run with every exhibit drawn."""
-    run, labels = tables_of_a_run, list(plausible.GESTURES)
-    draw_exhibits(run, labels)
+    run, drawn = tables_of_a_run, exhibits_of_report.of_run(EVERY_CONDITION)
+    settings = {path for exhibit in drawn for path in exhibit.settings.values()}
+    run.script(
+        "exhibits",
+        input={"published": str(TEMPLATE / "published.yaml")},
+        output=[str(run.reports / path) for exhibit in drawn for path in exhibit.files],
+        exhibits=[exhibit.name for exhibit in drawn],
+        sources=run.sources(exhibits_of_report.sources(drawn, NAMES)),
+        settings={path: exhibits_of_report.setting(CONFIG, path) for path in settings},
+    )
     return run
 
 
-def draw_exhibits(run, labels):
-    def of(system, records):
-        return [run.path(f"synthesis/{system}/{MAIN}/{record}/phrases.parquet") for record in records]
-
-    def actual(records):
-        return [run.path(f"phrases/gesture/{record}.parquet") for record in records]
-
-    def table(name):
-        return {"table": str(run.reports / f"tables/{name}.csv")}
-
-    actors, records = plausible.ACTORS, list(plausible.ACTORS)
-    scores = {"scores": run.path("evaluation/session_scores.parquet")}
-    shared = {"titles": TITLES, "labels": labels}
-    run.script(
-        "table_3_scenarios", input={"records": run.path("corpus/records.parquet")}, output=table("table-3-scenarios")
-    )
-    run.script(
-        "table_4_1", input={"phrases": actual(records)}, output=table("table-4.1"), actors=actors, labels=labels
-    )
-    run.script(
-        "fig_timeline", "fig-timeline",
-        {"prosody": run.path("speech/ada_1/prosody.parquet"), "clusters": run.path("phrases/prosody/ada_1.parquet"),
-         "actual": actual(["ada_1"]), "synthesised": [path for system in STRIPS for path in of(system, ["ada_1"])]},
-        record="ada_1", systems=STRIPS, voiced_gain=0.4, **shared,
-    )  # fmt: skip
-    setting = {"clusters": 8, "states": 3}
-    run.script("leaderboard", "leaderboard", scores, systems=plausible.SYSTEMS, **setting)
-    run.script(
-        "fig_differences", "fig-differences", {"differences": run.path("evaluation/differences.parquet")},
-        systems=plausible.SYSTEMS, bin_s=0.5, measures=["kappa", "D", "boundary_f1", "S"],
-    )  # fmt: skip
-    for figure, axis in (("fig-7.2a", "clusters"), ("fig-7.2b", "states")):
-        published = {"published": str(ROOT / "reports/template/published.yaml")}
-        run.script("fig_7_2", figure, scores | published, axis=axis, systems=PICTURED, titles=TITLES, **setting)
-    for figure, own in (("fig-7.3", records[:4]), ("fig-7.4", records[4:])):
-        made = [path for system in PICTURED for path in of(system, own)]
-        run.script("fig_7_3", figure, {"actual": actual(own), "synthesised": made}, systems=PICTURED, bin_s=0.25,
-                   max_duration_s=10.0, **shared)  # fmt: skip
-    made = [path for system in PICTURED for path in of(system, records)]
-    sequences = {"actual": actual(records), "synthesised": made}
-    run.script("fig_7_5", "fig-7.5", sequences, systems=PICTURED, actors=actors, **shared)
-    stills = {"picture": run.path("animation/stills.png"), "table": run.path("animation/stills.parquet")}
-    run.script("fig_4_3", "fig-4.3", stills)
-    run.script("fig_6_3", "fig-6.3", {"trial": run.path("animation/smoothing.parquet")})
-    run.script("picture", "fig-6.4", {"picture": run.path("animation/strip.png")})
-    moved = {name: run.path(f"evaluation/motion_{name}.parquet") for name in ("statistics", "histograms")}
-    run.script("fig_motion", "fig-motion", moved, titles=TITLES | {"original": "original"})
-    run.script("picture", "fig-rig", {"picture": run.path("animation/strip.png")})
-    captured = {
-        "scores": run.path("capture/capture_scores.parquet"),
-        "effect": run.path("evaluation/film_effect.parquet"),
+def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
+    """Render the page of the made-up run where it meets some conditions; return its text."""
+    config = CONFIG | {"run": "made_up", "corpus": CONFIG["corpus"] | (corpus or {})}
+    shown = exhibits_of_report.of_run(met)
+    sources = ["records", "annotations", "session_scores", "differences"]
+    sources += ["motion_statistics"] if "motion" in met else []
+    sources += ["cameras"] if "filmed" in met else []
+    clips = {
+        f"animation/{record}/comparison.mp4": {"section": "watch", "group": actor, "title": record}
+        for record, actor in plausible.ACTORS.items()
+        if "motion" in met
     }
-    run.script(
-        "table_capture", input=captured, output=table("table-capture"), width_px=696, method="robust", bin_s=0.5
-    )
-    told = {"tables": [run.path("capture/observability.parquet")] * 2}
-    run.script("table_observability", input=told, output=table("table-observability"))
-    run.script("fig_recovery", "fig-recovery", {"recovery": run.path("evaluation/recovery.parquet")}, **setting)
-
-
-PLAIN = ["fig-timeline", "leaderboard", "fig-differences", "fig-7.3", "fig-7.5", "fig-7.2a", "fig-7.2b", "fig-7.4"]
-CAPTURED = ["table-capture", "table-observability"]
-MOVING = ["fig-4.3", "fig-6.3", "fig-6.4", "fig-motion"]
-
-
-def make_page(run, name, *, motion=True, planted=True, corpus=None):
-    """Render the page of the made-up run, with or without films, motion and planted truth; return its text."""
-    config = yaml.safe_load((ROOT / "config/demo.yaml").read_text(encoding="utf-8"))
-    config["corpus"] |= corpus or {}
-    figures = PLAIN + MOVING * motion + ["fig-recovery", "fig-rig"] * planted
-    pictures = ("fig-6.4", "fig-rig")
-    csv = ["table-3-scenarios", "table-4.1", *(figure for figure in figures if figure not in pictures)]
-    csv += CAPTURED * planted
-    shown = list(dict.fromkeys([*csv, *figures]))
-    filmed = list(plausible.ACTORS) if motion else []
-    evaluation = {name: run.path(f"evaluation/{name}.parquet") for name in ("session_scores", "differences")}
+    if "transplant" in met:
+        transplanted = {"section": "voice", "group": "transplant", "title": "ada_1 and the model of deniz"}
+        clips["transplant/deniz/ada_1/comparison.mp4"] = transplanted
     output = run.reports / name
     run.script(
         "page",
         input={
-            "template": str(ROOT / "reports/template/page.html.jinja"),
-            "published": str(ROOT / "reports/template/published.yaml"),
-            "captions": [str(ROOT / f"reports/template/captions/{exhibit}.rst") for exhibit in shown],
-            "figures": [str(run.reports / f"figures/{exhibit}.svg") for exhibit in figures],
-            "tables": [str(run.reports / f"tables/{exhibit}.csv") for exhibit in csv],
-            "records": run.path("corpus/records.parquet"),
-            "annotations": run.path("corpus/annotations.parquet"),
-            "scores": evaluation["session_scores"],
-            "differences": evaluation["differences"],
-            "statistics": [run.path("evaluation/motion_statistics.parquet")] if motion else [],
-            "cameras": [run.path("capture/cameras.parquet")] * planted,
-            "videos": [run.path(f"animation/{record}/comparison.mp4") for record in filmed],
+            "template": str(TEMPLATE / "page.html.jinja"),
+            "published": str(TEMPLATE / "published.yaml"),
+            "captions": [str(TEMPLATE / f"captions/{exhibit.name}.rst") for exhibit in shown],
+            "exhibits": [str(run.reports / path) for exhibit in shown for path in exhibit.files],
+            "videos": [run.path(path) for path in clips],
         },
-        output={"page": str(output)},
-        title="made up", config=config, systems=plausible.SYSTEMS, actors=plausible.ACTORS, clusters=8, states=3,
-        level_pct=95.0, exhibits=shown, figures=figures, tables=csv, absent=[] if motion else ["Videos, as it is."],
-        links={
-            exhibit: [f"figures/{exhibit}.{kind}" for kind in ("svg", "png") if exhibit in figures]
-            + [f"tables/{exhibit}.csv" for _ in range(exhibit in csv)]
-            for exhibit in shown
-        },
-        filmed=filmed,
-        video_links={record: f"../../results/made_up/animation/{record}/comparison.mp4" for record in filmed},
-        run="made_up",
-    )  # fmt: skip
+        output=types.SimpleNamespace(page=str(output)),
+        config=config,
+        exhibits=[exhibit.name for exhibit in shown],
+        sources=run.sources(sources),
+        clips=[
+            clip | {"description": "side by side", "link": f"../../results/made_up/{path}"}
+            for path, clip in clips.items()
+        ],
+        absent=exhibits_of_report.absent(met),
+        failed=list(failed),
+    )
     return output.read_text(encoding="utf-8")
 
 
@@ -250,4 +217,5 @@ def virtual_page(exhibits):
 @pytest.fixture(scope="session")
 def real_page(exhibits):
     corpus = {"source": "recorded", "name": "beat2"}
-    return make_page(exhibits, "real.html", motion=False, planted=False, corpus=corpus)
+    failed = [{"system": "nodding", "message": "system 'nodding' of package 'nods': ImportError: no module 'neck'"}]
+    return make_page(exhibits, "real.html", met=["sweep", "two_actors"], corpus=corpus, failed=failed)

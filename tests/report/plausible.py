@@ -6,17 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from cospeech.capture import accuracy
-from cospeech.capture.fitting import observability as told
+from cospeech.capture.fitting import observability as measured
 from cospeech.data import segments, trajectories, vocabulary
 from cospeech.evaluation import scores, sessions
 from cospeech.geometry import camera
 from cospeech.motion import skeleton
 from cospeech.motion.markers import NAMES
-from cospeech.report import capture
+from cospeech.report import systems as reported
+from cospeech.report.exhibits import capture
+from cospeech.report.exhibits.run import Run
 from cospeech.studio import rig
-from cospeech.synthesis import systems
+from cospeech.synthesis.registry import registered
 
 ROOT = Path(__file__).parents[2]
 
@@ -26,10 +29,21 @@ FRAME_S = 0.025
 DURATION_S = 60.0
 BINS_S = (0.025, 0.25, 0.5)
 RULES = scores.Rules(GESTURES, BINS_S, 10.0, 0.5, 3.0, 1.5, FRAME_S)
-SYSTEMS = {
-    name: {"title": system.title, "role": system.role, "controls": list(system.controls)}
-    for name, system in systems(studio=True).items()
+MAIN = "clusters~8,states~3"
+SWEPT = ("hsmm", "hsmm_weighted")
+DECLARED = registered(
+    {name: {} for name in (*SWEPT, "hsmm_sampled", "random", "prior", "clock", "majority", "another", "oracle")},
+    virtual=True,
+).systems
+PARAMS = {
+    name: {"title": system.title, "role": system.role, "controls": list(system.controls), "swept": name in SWEPT}
+    | {"variant": MAIN if "prosody_labels" in system.needs else "main"}
+    for name, system in DECLARED.items()
 }
+"""The systems of the run, as a rule hands them to a script."""
+PARAMS["original"] = {"title": "Original motion, labelled by the same model", "role": "ceiling", "plans": False}
+SYSTEMS = reported.from_params(PARAMS)
+ANIMATED = ("hsmm", "hsmm_weighted", "hsmm_sampled", "random", "original")
 FIDELITY = {"hsmm": 0.5, "hsmm_weighted": 0.65, "hsmm_sampled": 0.55, "oracle": 0.8}
 
 
@@ -67,7 +81,7 @@ def actual_phrases(seed: int = 7) -> dict[str, pd.DataFrame]:
 def synthesised_phrases(actual: dict[str, pd.DataFrame], seed: int = 8) -> dict[tuple[str, str], pd.DataFrame]:
     found = {}
     records = list(ACTORS)
-    for s, system in enumerate(SYSTEMS):
+    for s, system in enumerate(DECLARED):
         for r, record in enumerate(records):
             rng = np.random.default_rng([seed, s, r])
             if system in FIDELITY:
@@ -87,24 +101,30 @@ def synthesised_phrases(actual: dict[str, pd.DataFrame], seed: int = 8) -> dict[
 
 
 def record_scores() -> pd.DataFrame:
-    """Return the scores of all systems at the main setting and of two systems over a sweep."""
+    """Return the scores of all systems at the main setting, of what is seen in motion, and of a sweep."""
     tables = actual_phrases()
     actual = {record: scores.phrases(table, RULES) for record, table in tables.items()}
     rows = []
 
-    def add(system: str, setting: tuple[int, int], record: str, table: pd.DataFrame) -> None:
-        origin = {"system": system, "clusters": setting[0], "states": setting[1]}
+    def add(system: str, variant: str, record: str, table: pd.DataFrame, phrases: str = "planned") -> None:
+        origin = {"system": system, "variant": variant, "phrases": phrases}
         found = scores.record_scores(actual[record], scores.phrases(table, RULES), RULES)
         rows.extend(origin | {"actor": ACTORS[record], "record": record} | row for row in found)
 
     for (system, record), table in synthesised_phrases(tables).items():
-        add(system, (8, 3), record, table)
+        add(system, SYSTEMS[system].variant, record, table)
+        if system in ANIMATED:
+            rng = np.random.default_rng([10, len(rows)])
+            add(system, SYSTEMS[system].variant, record, imitate(table, 0.8, rng), "seen")
+    for r, record in enumerate(ACTORS):
+        add("original", "main", record, imitate(tables[record], 0.9, np.random.default_rng([11, r])), "seen")
     for i, setting in enumerate((m, n) for m in (4, 8, 12) for n in (3, 5)):
-        for system in ("hsmm", "hsmm_weighted"):
+        for system in SWEPT:
             for r, record in enumerate(ACTORS):
                 fidelity = FIDELITY[system] - 0.01 * abs(setting[0] - 8) - 0.01 * (setting[1] - 3)
                 if setting != (8, 3):
-                    add(system, setting, record, imitate(tables[record], fidelity, np.random.default_rng([9, i, r])))
+                    variant = f"clusters~{setting[0]},states~{setting[1]}"
+                    add(system, variant, record, imitate(tables[record], fidelity, np.random.default_rng([9, i, r])))
     return pd.DataFrame(rows)
 
 
@@ -230,7 +250,7 @@ def capture_scores() -> pd.DataFrame:
 
 def film_effect() -> pd.DataFrame:
     """Return a made-up change by filming: 4 % of all actors together, more and less of each."""
-    setting = {"system": "hsmm_weighted", "clusters": 8, "states": 3, "part": "whole", "planted": 0.5, "n_records": 4}
+    setting = {"system": "hsmm_weighted", "variant": MAIN, "part": "whole", "planted": 0.5, "n_records": 4}
     rows = [
         setting | {"actor": actor, "measure": measure, "bin_s": bin_s, "filmed": 0.5 + change / 200}
         | {"difference_pct": change, "low_pct": change - 5.0, "high_pct": change + 5.0}
@@ -244,7 +264,7 @@ def observability() -> pd.DataFrame:
     rows = [
         (joint, axis, state, 0.0 if state == "locked" else 0.75, "as it is")
         for joint in skeleton.JOINTS
-        for axis, state in zip("xyz", told.AXES[joint.rpartition("_")[2]][:3], strict=True)
+        for axis, state in zip("xyz", measured.AXES[joint.rpartition("_")[2]][:3], strict=True)
     ]
     return pd.DataFrame(rows, columns=["joint", "axis", "state", "share", "reason"])
 
@@ -258,3 +278,26 @@ def markers() -> pd.DataFrame:
         own = (table["marker"] == "left_hand") & table["frame"].between(first, end - 1)
         table.loc[own, "status"] = status
     return table
+
+
+def transplant() -> pd.DataFrame:
+    """Return a made-up transplant: the second actor's model under the first actor's voice."""
+    voice = {"record": "ada_1", "voice_actor": "ada", "system": "hsmm_weighted", "variant": MAIN}
+    own = {"model_actor": "ada", "source": "own_model", "n_phrases": 31, "phrases_per_minute": 31.0}
+    other = {"model_actor": "deniz", "source": "transplant", "n_phrases": 24, "phrases_per_minute": 24.0}
+    return pd.DataFrame(
+        [
+            voice | own | {"mean_phrase_s": 1.94, "share_rest": 0.31, "kappa": np.nan},
+            voice | other | {"mean_phrase_s": 2.5, "share_rest": 0.42, "kappa": 0.27},
+        ]
+    )
+
+
+RUN = Run(
+    systems=SYSTEMS,
+    actors=ACTORS,
+    pictured=["hsmm", "hsmm_weighted"],
+    in_timeline=["hsmm", "hsmm_weighted", "hsmm_weighted_shifted", "random"],
+    main={"clusters": 8, "states": 3},
+    published=yaml.safe_load((ROOT / "reports/template/published.yaml").read_text(encoding="utf-8")),
+)

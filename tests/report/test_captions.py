@@ -7,18 +7,18 @@ import warnings
 import pytest
 from plausible import ROOT
 
-from cospeech.report import captions
+from cospeech.report.page import captions
 
 FILES = sorted((ROOT / "reports/template/captions").glob("*.rst"))
 
 
 def words(markup):
-    """The words of some HTML, without what stands between them."""
+    """Return the words of some HTML, without its tags."""
     return re.findall(r"\w+", html.unescape(re.sub(r"<[^>]+>", " ", markup)))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_caption_says_on_the_page_what_docutils_says(path):
+def test_a_caption_reads_on_the_page_as_docutils_renders_it(path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of docutils itself
         from docutils.core import publish_parts

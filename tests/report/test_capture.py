@@ -1,14 +1,18 @@
-"""What capture found beside its goals, and the quality sheet of a record."""
+"""Errors of capture next to their goals, and the quality sheet of a record."""
 
 import pandas as pd
 import plausible
 import pytest
+from plausible import RUN
 
-from cospeech.report import capture, page, quality, style
+from cospeech.report import quality, style
+from cospeech.report.exhibits import capture
+
+TITLES = RUN.titles
 
 
 def test_a_goal_is_met_when_the_worst_record_meets_it():
-    found = capture.summary(plausible.capture_scores(), 696, "robust").set_index(["quantity", "method"])
+    found = capture.summary(plausible.capture_scores(), False, "robust").set_index(["quantity", "method"])
     assert found.loc[("seen_mm", "robust"), ["goal", "mean", "lowest", "highest", "met"]].tolist() == [
         1.0, pytest.approx(0.45), 0.1, pytest.approx(0.8), True,
     ]  # fmt: skip
@@ -18,22 +22,25 @@ def test_a_goal_is_met_when_the_worst_record_meets_it():
     assert found.index.tolist().index(("seen_mm", "robust")) < found.index.tolist().index(("seen_mm", "thesis"))
 
 
-def test_full_size_pictures_have_goals_of_their_own():
+def test_full_size_pictures_have_their_own_goals():
     goals = {
-        width: capture.summary(plausible.capture_scores(), width, "robust").set_index("quantity")["goal"]
-        for width in (696, 1392)
+        full_size: capture.summary(plausible.capture_scores(), full_size, "robust").set_index("quantity")["goal"]
+        for full_size in (False, True)
     }
-    assert goals[1392]["seen_mm"].tolist() == [0.5, 0.5]
-    assert goals[696]["seen_mm"].tolist() == [1.0, 1.0]
-    assert goals[1392]["pixels_px"].tolist() == [0.2, 0.2]
-    assert goals[696]["pixels_px"].isna().all()
+    assert goals[True]["seen_mm"].tolist() == [0.5, 0.5]
+    assert goals[False]["seen_mm"].tolist() == [1.0, 1.0]
+    assert goals[True]["pixels_px"].tolist() == [0.2, 0.2]
+    assert goals[False]["pixels_px"].isna().all()
 
 
 def test_what_filming_changes_is_judged_over_all_actors_together():
-    found = capture.experiment(plausible.film_effect(), 0.5).set_index("quantity")
+    found = capture.experiment(plausible.film_effect(), 0.5, TITLES).set_index("quantity")
     assert found.index.tolist() == ["S_pct", "D_pct", "frames_right_pct"]
     assert found.loc["D_pct", ["mean", "lowest", "highest", "goal", "met"]].tolist() == [4.0, -1.0, 9.0, 5.0, True]
-    assert "0.520 s by filmed joint angles, 0.500 s by the planted ones" in found.loc["D_pct", "meaning"]
+    assert (
+        "D of HSMM, emissions weighted: 0.520 s with joint angles from film, 0.500 s with planted ones"
+        in found.loc["D_pct", "meaning"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -42,14 +49,14 @@ def test_what_filming_changes_is_judged_over_all_actors_together():
 )
 def test_a_change_that_may_be_chance_is_neither_met_nor_missed(change, low, high, met):
     effect = plausible.film_effect().assign(difference_pct=change, low_pct=low, high_pct=high)
-    assert capture.experiment(effect, 0.5)["met"].tolist() == [met] * 3
+    assert capture.experiment(effect, 0.5, TITLES)["met"].tolist() == [met] * 3
 
 
-def test_both_sides_are_one_row_of_what_the_markers_tell():
+def test_both_sides_of_the_body_share_a_row():
     one = plausible.observability()
     other = one.assign(share=one["share"] / 3)
-    found = capture.observed([one, other])
-    shown = {row[0]: row[1:] for row in page.observability_table(found).rows}
+    found = capture.observability(RUN, pd.concat([one, other], ignore_index=True)).numbers
+    shown = {row[0]: row[1:] for row in capture.observability_table(RUN, found).rows}
     assert shown["chest"][:3] == ["50.0\N{NO-BREAK SPACE}%"] * 3
     assert shown["arm"][1] == "50.0\N{NO-BREAK SPACE}%, elbow bent"
     assert shown["spine"][:3] == ["locked"] * 3

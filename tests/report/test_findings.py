@@ -7,21 +7,30 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech.report import findings
+from cospeech.report import words
+from cospeech.report.page import findings
 
 NAMES = ("hsmm", "shuffled", "shifted", "majority", "another")
 SYSTEMS = {name: plausible.SYSTEMS[name] for name in NAMES}
 
 
 def score(system, measure, value, bin_s=np.nan, part="interior"):
-    origin = {"system": system, "clusters": 8, "states": 3, "actor": "all", "measure": measure, "part": part}
+    origin = {
+        "system": system,
+        "variant": "main",
+        "phrases": "planned",
+        "actor": "all",
+        "measure": measure,
+        "part": part,
+    }
     found = {"bin_s": bin_s, "value": value, "low": value - 0.1, "high": value + 0.1}
     return origin | found | {"n": 8, "n_undefined": 0, "n_records": 8}
 
 
 def difference(other, measure, low, high):
     return {
-        "system": "hsmm", "other": other, "actor": "all", "measure": measure, "part": "interior", "bin_s": np.nan,
+        "system": "hsmm", "other": other, "actor": "all", "phrases": "planned",
+        "measure": measure, "part": "interior", "bin_s": np.nan,
         "difference": (low + high) / 2, "low": low, "high": high, "n": 8, "better": None,
     }  # fmt: skip
 
@@ -42,7 +51,7 @@ def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
     rows = []
     for control, (low, high), (near, far) in zip(("shuffled", "shifted"), kappa, distance, strict=True):
         rows += [difference(control, "kappa", low, high), difference(control, "D", near, far)]
-    return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS)[0]
+    return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS, 0.8313)[0]
 
 
 @pytest.mark.parametrize(
@@ -50,11 +59,11 @@ def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
     [
         (
             ((0.1, 0.3), (0.2, 0.4)),
-            "picks gestures better than the same decoder hearing another record's speech or its own",
+            "picks gestures better than the same system driven by another record's speech or its own",
         ),
-        (((0.1, 0.3), (-0.1, 0.2)), "but cannot be told from it hearing its own speech, shifted"),
-        (((-0.1, 0.3), (0.0, 0.2)), "cannot be told from the same decoder hearing the wrong speech"),
-        (((-0.3, -0.1), (0.1, 0.2)), "picks gestures worse than the same decoder hearing another record's speech"),
+        (((0.1, 0.3), (-0.1, 0.2)), "but cannot be distinguished from it driven by its own speech, shifted"),
+        (((-0.1, 0.3), (0.0, 0.2)), "cannot be distinguished from the same system driven by the wrong speech"),
+        (((-0.3, -0.1), (0.1, 0.2)), "picks gestures worse than the same system driven by another record's speech"),
     ],
 )
 def test_claims_follow_the_intervals(kappa, claim):
@@ -64,19 +73,19 @@ def test_claims_follow_the_intervals(kappa, claim):
 def test_boundaries_are_better_where_distances_are_smaller():
     good, bad, open_ = (-0.3, -0.1), (0.1, 0.3), (-0.1, 0.3)
     clear = ((0.1, 0.3), (0.1, 0.3))
-    assert "Its boundaries lie closer" in first(clear, (good, good)).claim
-    assert "is not decided" in first(clear, (good, open_)).claim
-    assert "lie further" in first(clear, (good, bad)).claim
+    assert "Its boundaries are closer" in first(clear, (good, good)).claim
+    assert "is undecided" in first(clear, (good, open_)).claim
+    assert "are further" in first(clear, (good, bad)).claim
 
 
-def test_differences_of_fewer_than_four_records_are_left_unsaid():
+def test_fewer_than_four_records_decide_nothing():
     clear = pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3), difference("shifted", "kappa", 0.2, 0.4)])
     for n_records, silent in ((3, True), (4, False)):
-        found = findings.findings(SCORES.assign(n_records=n_records), clear, SYSTEMS)
+        found = findings.findings(SCORES.assign(n_records=n_records), clear, SYSTEMS, 0.8313)
         claims = " ".join(finding.claim for finding in found)
         assert ("better than" in claims) != silent
-        assert ("cannot tell systems apart: which of them is better is left unsaid" in claims) == silent
-        assert "Two real records" in claims
+        assert ("cannot distinguish between systems, so none is called better" in claims) == silent
+        assert "The ceiling of S" in claims
 
 
 ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0], pair[0] + pair[1]))
@@ -84,29 +93,58 @@ ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0
 
 @given(ENDS, ENDS, ENDS, ENDS)
 @settings(max_examples=40, deadline=None)
-def test_better_is_never_said_of_an_interval_with_zero(one, two, near, far):
+def test_an_interval_with_zero_is_never_called_better(one, two, near, far):
     claim = first((one, two), (near, far)).claim
     named = {"another record's speech": one, "its own speech, shifted": two}
-    told = claim.split("but cannot")[0]
-    for heard, (low, high) in named.items():
-        if "better than" in told and heard in told:
+    decided = claim.split("but cannot")[0]
+    for speech, (low, high) in named.items():
+        if "better than" in decided and speech in decided:
             assert low > 0
-        if "worse than" in told and heard in told:
+        if "worse than" in decided and speech in decided:
             assert high < 0
-    if "lie closer to the actual ones" in claim:
+    if "are closer to the actual ones" in claim:
         assert near[1] < 0
         assert far[1] < 0
 
 
-def test_silence_is_called_what_it_is():
-    found = findings.findings(SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS)
+def test_a_system_is_compared_with_the_first_and_with_its_predecessor():
+    rows = [
+        difference("hsmm", "kappa", 0.1, 0.3) | {"system": "hsmm_weighted"},
+        difference("hsmm", "kappa", -0.3, -0.1) | {"system": "hsmm_sampled"},
+        difference("hsmm", "D", -0.3, 0.1) | {"system": "hsmm_sampled"},
+        difference("hsmm_weighted", "kappa", -0.1, 0.1) | {"system": "hsmm_sampled"},
+    ]
+    scores = pd.concat(
+        [SCORES, pd.DataFrame([score(name, "kappa", 0.3) for name in ("hsmm_weighted", "hsmm_sampled")])]
+    )
+    claims = [finding.claim for finding in findings.findings(scores, pd.DataFrame(rows), plausible.SYSTEMS, 0.8313)]
+    assert "“HSMM, emissions weighted” beats “HSMM as printed” in kappa." in claims
+    assert (
+        "“HSMM, drawn from the posterior” does worse than “HSMM as printed” in kappa; it cannot be distinguished "
+        "from “HSMM as printed” in D; it cannot be distinguished from “HSMM, emissions weighted” in kappa."
+    ) in claims
+
+
+def test_a_system_without_scores_is_not_compared():
+    claims = " ".join(
+        finding.claim
+        for finding in findings.findings(
+            SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), plausible.SYSTEMS, 0.8313
+        )
+    )
+    assert "HSMM as printed" in claims
+    assert "HSMM, emissions weighted" not in claims
+
+
+def test_a_control_with_the_lowest_distance_is_named():
+    found = findings.findings(SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313)
     claims = " ".join(finding.claim for finding in found)
-    assert "D alone rewards silence: the least D belongs to the control “Most frequent label”." in claims
-    assert "Two real records of one actor reach S = 0.10" in claims
-    assert "resolves differences of about 0.10 kappa" in claims
+    assert "D alone rewards silence: the control “Most frequent label” has the lowest D." in claims
+    assert "The ceiling of S, “Another real record”, is 0.10" in claims
+    assert "resolves differences of about 0.10 in kappa" in claims
 
 
-def test_goals_that_may_be_missed_by_chance_are_told_apart():
+def test_goals_that_may_be_missed_by_chance_are_counted_apart():
     aimed = {"unit": "%", "goal": 5.0, "values": 8}
     summary = pd.DataFrame(
         [
@@ -119,11 +157,11 @@ def test_goals_that_may_be_missed_by_chance_are_told_apart():
         ]
     )  # fmt: skip
     found = findings.findings(
-        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, capture=summary
+        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313, capture=summary
     )
-    told = next(finding for finding in found if finding.claim.startswith("Capture"))
-    assert told.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."
-    assert told.evidence == [
+    captured = next(finding for finding in found if finding.claim.startswith("Capture"))
+    assert captured.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."
+    assert captured.evidence == [
         "head: 7.00 deg in the worst record, the goal is 5",
         "S: +12.00 % (−3.00 to +25.00), the goal is 5",
     ]
@@ -134,15 +172,15 @@ def test_goals_that_may_be_missed_by_chance_are_told_apart():
     [(0.523, "0.52"), (-0.5, "−0.50"), (0.004, "0.004"), (0.0, "0.00"), (-0.0, "0.00"), (float("nan"), "–")],
 )
 def test_numbers(value, text):
-    assert findings.number(value) == text
+    assert words.number(value) == text
 
 
 def test_the_made_up_run_has_all_its_findings(virtual_page):
     for claim in (
-        "HSMM as printed",
+        "“HSMM as printed”",
         "D alone",
         "This corpus resolves",
-        "Gesture phrases were found as planted",
+        "The planted gesture phrases were recovered",
         "The speeds",
         "Capture meets",
     ):

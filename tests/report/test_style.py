@@ -1,4 +1,4 @@
-"""The look: colours that everybody tells apart, and figures that are the same bytes each time."""
+"""Style: colours that everybody can distinguish, and figures that are the same bytes each time."""
 
 import itertools
 import re
@@ -38,13 +38,13 @@ def lab(colour, sight):
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_gestures_are_told_apart_by_every_eye(sight):
+def test_gestures_can_be_distinguished_by_every_eye(sight):
     seen = {name: lab(colour, sight) for name, colour in vocabulary.GESTURE_COLOURS.items()}
     for one, two in itertools.combinations(seen, 2):
         assert np.linalg.norm(seen[one] - seen[two]) > 25, (one, two)
 
 
-def test_gestures_are_seen_on_white_and_on_black():
+def test_gestures_are_visible_on_white_and_on_black():
     for colour in vocabulary.GESTURE_COLOURS.values():
         assert 30 < lab(colour, "normal")[0] < 80
 

@@ -1,4 +1,4 @@
-"""Where the seconds went, from benchmark files as Snakemake writes them."""
+"""The time per rule, from benchmark files as Snakemake writes them."""
 
 import csv
 
@@ -17,7 +17,7 @@ def benchmarks(folder):
     return folder
 
 
-def test_the_jobs_of_a_rule_are_one_row_the_longest_first(tmp_path):
+def test_the_jobs_of_a_rule_share_a_row_the_longest_rule_first(tmp_path):
     assert timings.rows(benchmarks(tmp_path)) == [
         ("hsmm", 2, 8.0, 4.0, 250.0, 80.0),
         ("page", 1, 2.0, 2.0, 300.5, 20.0),

@@ -1,4 +1,4 @@
-"""The body: limbs reach where they should, gestures look as their class says, and nothing bends the wrong way."""
+"""Motion of the body: limbs reach their targets, gestures match their class, and no joint bends the wrong way."""
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ FRAME_S = 0.025
 
 @pytest.fixture(scope="module", params=["ada", "deniz"])
 def performance(request):
-    """Ten minutes of one actor: gestures, prosody, motion, and the places of all joints."""
+    """Ten minutes of one actor: gestures, prosody, motion and joint positions."""
     someone = cast.member(request.param, 2012, FRAME_S, 10.0)
     gestures, prosody = script.write(someone, "ten", 600.0, 0.8, FRAME_S, 2012)
     moved = motion.perform(request.param, "ten", gestures, prosody, FPS, 2012)
@@ -32,7 +32,7 @@ def angle(moved, joint):
 
 
 def strokes(gestures, label):
-    """Return the frames in the middle fifth of each phrase of a class that lasts a second and a half."""
+    """Return the frames in the middle fifth of each phrase of a class that lasts at least 1.5 s."""
     frames = []
     for start, end in gestures.loc[gestures["label"] == label, ["start_s", "end_s"]].itertuples(index=False):
         if end - start >= 1.5:
@@ -54,7 +54,7 @@ directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).map
 def test_a_limb_ends_at_its_target_and_bends_its_natural_way(line, pole, share, bends):
     line = line / np.linalg.norm(line)
     across = pole - (pole @ line) * line
-    if np.linalg.norm(across) < 0.05:  # the pole must stand off the line
+    if np.linalg.norm(across) < 0.05:  # the pole must not be parallel to the line
         return
     upper, lower = 0.29, 0.25
     target = share * (upper + lower) * line
@@ -70,7 +70,7 @@ def test_a_limb_ends_at_its_target_and_bends_its_natural_way(line, pole, share, 
     assert middle @ across >= -1e-9
 
 
-def test_minimum_jerk_stands_still_at_its_keys_and_peaks_at_15_eighths():
+def test_minimum_jerk_rests_at_its_keyframes_and_peaks_at_15_eighths():
     times = np.array([0.0, 1.0, 3.0])
     values = np.array([[0.0], [2.0], [-1.0]])
     at = np.linspace(-0.5, 3.5, 40001)
@@ -82,7 +82,7 @@ def test_minimum_jerk_stands_still_at_its_keys_and_peaks_at_15_eighths():
     np.testing.assert_allclose(np.abs(speed).max(), 15 / 8 * 2.0, rtol=1e-4)
 
 
-def test_motion_obeys_its_schema_and_is_the_same_twice():
+def test_motion_matches_its_schema_and_is_reproducible():
     someone = cast.member("ada", 1, FRAME_S, 10.0)
     made = [
         motion.perform("ada", "a", *script.write(someone, "a", 20.0, 0.8, FRAME_S, 1), fps=fps, seed=1)
@@ -106,17 +106,17 @@ def test_elbows_and_knees_bend_only_their_natural_way(performance):
         assert not knee[:, 1:].any()
 
 
-def test_no_joint_turns_through_the_order_that_locks_or_further_than_bodies_do(performance):
+def test_joint_angles_stay_in_natural_ranges_and_away_from_gimbal_lock(performance):
     _, _, moved, _ = performance
     for side in ("left", "right"):
         assert np.abs(angle(moved, f"{side}_arm")[:, 2]).max() < 80
         assert np.abs(angle(moved, f"{side}_forearm")[:, 1]).max() < 110
     for joint, limit in {"hips": 6, "spine": 12, "chest": 14, "neck": 15, "head": 25}.items():
         assert np.abs(angle(moved, joint)).max() < limit
-    assert np.abs(np.diff(skeleton.angles(moved), axis=0)).max() < 90  # no jump of a full or half turn
+    assert np.abs(np.diff(skeleton.angles(moved), axis=0)).max() < 90  # no jumps by a half or full turn
 
 
-def test_feet_stand_flat_on_their_spots(performance):
+def test_feet_stay_flat_and_in_place(performance):
     *_, places = performance
     for side, sign in (("left", 1), ("right", -1)):
         spot = np.array([sign * 0.09, 0.95 - 0.03 - 0.85, 0.0])
@@ -131,7 +131,7 @@ def test_hips_shift_the_weight_a_little(performance):
     assert np.abs(places["hips"] - OFFSET_M["hips"]).max() < 0.06
 
 
-def test_hands_move_as_fast_as_hands_do(performance):
+def test_hands_move_at_natural_speeds(performance):
     *_, places = performance
     for hand in ("left_hand", "right_hand"):
         speed = np.linalg.norm(np.diff(places[hand], axis=0), axis=1) * FPS
@@ -140,8 +140,8 @@ def test_hands_move_as_fast_as_hands_do(performance):
         assert speed.max() < 5.0
 
 
-def test_classes_look_as_table_4_1_says(performance):
-    """The stroke of each class: who is up, where the hands are, which way they move (Özkul 2012, Table 4.1)."""
+def test_classes_match_table_4_1(performance):
+    """The stroke of each class: which hands are up, where they are and how they move (Özkul 2012, Table 4.1)."""
     gestures, _, _, places = performance
     elbow = {side: places[f"{side}_forearm"] for side in ("left", "right")}
     hand = {side: places[f"{side}_hand"] for side in ("left", "right")}
@@ -176,7 +176,7 @@ def test_perpendicular_moves_one_hand_up_and_down_and_the_other_sideways(perform
     assert min(*one_up, *other_aside) > 2
 
 
-def test_a_phrase_from_rest_to_rest_begins_and_ends_with_hanging_hands_and_has_its_stroke_between(performance):
+def test_a_phrase_between_rests_starts_and_ends_with_hanging_hands(performance):
     gestures, _, _, places = performance
     labels = gestures["label"].to_numpy()
     alone = np.flatnonzero((labels[:-2] == "rest") & (labels[2:] == "rest") & (labels[1:-1] != "rest")) + 1
@@ -206,18 +206,18 @@ def test_an_accent_comes_with_a_nod():
     assert head[spoken].mean() > head[~spoken].mean() + 1.0
 
 
-def test_sensor_noise_is_white_of_the_stated_size_and_only_on_angles(performance):
+def test_sensor_noise_is_white_with_the_given_deviation_and_only_on_angles(performance):
     _, _, moved, _ = performance
-    seen = motion.sensed(moved, 0.4, "ten", 2012)
+    seen = motion.with_sensor_noise(moved, 0.4, "ten", 2012)
     columns = skeleton.angle_columns()
     noise = (seen[columns] - moved[columns]).to_numpy()
-    np.testing.assert_allclose(noise.std(axis=0), 0.4, rtol=0.05)  # 12,000 frames: 0.6 % is a deviation
+    np.testing.assert_allclose(noise.std(axis=0), 0.4, rtol=0.05)  # standard error 0.6 % with 12,000 frames
     assert abs((noise[1:] * noise[:-1]).mean() / 0.16) < 0.01
     np.testing.assert_array_equal(seen[list(skeleton.ROOT_COLUMNS)], moved[list(skeleton.ROOT_COLUMNS)])
-    pd.testing.assert_frame_equal(motion.sensed(moved, 0.0, "ten", 2012), moved)
+    pd.testing.assert_frame_equal(motion.with_sensor_noise(moved, 0.0, "ten", 2012), moved)
 
 
-def test_actors_have_manners_of_their_own():
+def test_actors_have_individual_styles():
     one, other = (choreography.style(actor, 2012) for actor in ("ada", "deniz"))
     assert one == choreography.style("ada", 2012)
     assert one.beat_s != other.beat_s

@@ -1,4 +1,4 @@
-"""The planted parameters: proper distributions, of one actor and no other, and stationary where they claim it."""
+"""The planted parameters are proper distributions, specific to each actor, and stationary where documented."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_every_row_is_a_distribution(member):
         np.testing.assert_allclose(rows.sum(axis=-1), 1.0, atol=1e-12)
 
 
-def test_the_same_actor_is_the_same_person_and_no_other(member):
+def test_an_actor_is_reproducible_and_differs_from_others(member):
     again = cast.member(member.actor, 2012, FRAME_S, 10.0)
     for name in ("initial", "transitions", "durations", "coupled"):
         np.testing.assert_array_equal(getattr(member, name), getattr(again, name))
@@ -32,14 +32,14 @@ def test_the_same_actor_is_the_same_person_and_no_other(member):
         assert np.abs(other.transitions - member.transitions).max() > 0.02
 
 
-def test_records_open_at_rest_and_rest_never_follows_itself(member):
+def test_records_start_at_rest_and_rest_never_follows_itself(member):
     assert member.initial[cast.REST] == cast.OPENS_AT_REST
     assert member.transitions[cast.REST, cast.REST] == 0
     moving = np.delete(np.diag(member.transitions), cast.REST)
     np.testing.assert_allclose(moving, cast.REPEATS)
 
 
-def test_each_gesture_has_a_pattern_of_its_own(member):
+def test_each_gesture_has_its_own_main_pattern(member):
     favourite = member.coupled.argmax(axis=1)
     assert len(set(favourite)) == len(GESTURES)
     assert favourite[cast.REST] == PAUSE
@@ -54,7 +54,7 @@ def test_durations_stay_in_their_range_and_differ_by_class(member):
     assert np.ptp(member.durations @ seconds) > 0.5
 
 
-def test_occupancy_is_what_a_long_walk_visits(member):
+def test_occupancy_is_the_stationary_distribution(member):
     visits = np.full(len(GESTURES), 1 / len(GESTURES))
     for _ in range(2000):
         visits = 0.5 * visits + 0.5 * visits @ member.transitions
@@ -63,7 +63,7 @@ def test_occupancy_is_what_a_long_walk_visits(member):
 
 
 @pytest.mark.parametrize("coupling", [0.0, 0.4, 1.0])
-def test_coupling_moves_emissions_from_the_marginal_to_the_gestures_own(member, coupling):
+def test_coupling_interpolates_emissions_between_marginal_and_gesture_distribution(member, coupling):
     emissions = member.emissions(coupling)
     np.testing.assert_allclose(member.occupancy() @ emissions, member.marginal(), atol=1e-12)
     expected = {0.0: np.tile(member.marginal(), (len(GESTURES), 1)), 1.0: member.coupled}
@@ -71,7 +71,7 @@ def test_coupling_moves_emissions_from_the_marginal_to_the_gestures_own(member, 
         np.testing.assert_allclose(emissions, expected[coupling], atol=1e-12)
 
 
-def test_tables_obey_their_schemas_and_hold_every_actor():
+def test_tables_match_their_schemas_and_contain_every_actor():
     members = [cast.member(actor, 5, FRAME_S, 10.0) for actor in ("ada", "deniz")]
     made = cast.tables(members, 0.8, FRAME_S)
     groups = {"initial": [], "transitions": ["from_gesture"], "emissions": ["gesture"], "durations": ["gesture"]}
@@ -86,6 +86,6 @@ def test_tables_obey_their_schemas_and_hold_every_actor():
     np.testing.assert_allclose(made["durations"]["duration_s"], made["durations"]["bin"] * FRAME_S)
 
 
-def test_a_largest_duration_that_holds_no_gesture_is_refused():
+def test_a_maximum_duration_shorter_than_gestures_is_rejected():
     with pytest.raises(UserError, match=r"max_duration_s is 1\.0 s.*allow at least 1\.6 s"):
         cast.member("ada", 1, FRAME_S, 1.0)

@@ -1,4 +1,4 @@
-"""The studio's film: markers stand where they were planted, limbs hide them, and bytes repeat."""
+"""The films of the studio: markers are at their true positions, limbs occlude them, and bytes are reproducible."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def scene():
 @pytest.mark.parametrize("width_px", [1392, 696])
 def test_centroid_of_a_whole_marker_is_its_projected_centre(width_px, scene):
     limbs, markers = scene
-    alone = limbs + AWAY_M  # no body in view, so that nothing hides or touches a marker
+    alone = limbs + AWAY_M  # no body in view, so that nothing occludes or touches a marker
     camera = rig.cameras(width_px, 3)[2]
     point = markers[:1] + AWAY_M
     point[0, NAMES.index("left_hand")] = (0.4, 1.2, 0.3)
@@ -40,14 +40,14 @@ def test_centroid_of_a_whole_marker_is_its_projected_centre(width_px, scene):
     )
 
 
-def test_a_body_hides_the_marker_behind_it(scene):
+def test_the_body_occludes_the_marker_behind_it(scene):
     limbs, markers = scene
     _, seen = next(film.frames(rig.cameras(696, 3)[2], limbs[:1], markers[:1], 1))
     assert seen[NAMES.index("back")] == 0
     assert seen[NAMES.index("chest")] > 0
 
 
-def test_the_same_bytes_twice_and_planes_close_to_what_was_drawn(scene, tmp_path):
+def test_films_are_reproducible_and_close_to_the_drawn_planes(scene, tmp_path):
     camera = rig.cameras(348, 3)[1]
     drawn = [planes.copy() for planes, _ in film.frames(camera, *scene, 1)]
     for name in ("a.mkv", "b.mkv"):

@@ -1,4 +1,4 @@
-"""The calibration take and the range of motion: spots where they were planted, arms that hang at both ends."""
+"""The calibration take and the range-of-motion take: spots at their true positions, and static poses at both ends."""
 
 from pathlib import Path
 
@@ -12,11 +12,11 @@ from cospeech.studio import laser, range_of_motion, rig
 ROOT = Path(__file__).parents[2]
 
 
-def test_centroid_of_the_spot_is_where_it_was_planted(monkeypatch):
+def test_centroid_of_the_spot_is_at_its_true_position(monkeypatch):
     monkeypatch.setattr(laser, "REFLECTED", 0.0)
     camera = rig.cameras(696, 3)[2]
     spots_m = laser.walk(200, 1)[156:164]
-    seen = laser.sightings([camera], spots_m, 1)
+    seen = laser.visible_spots([camera], spots_m, 1)
     planes = [drawn.copy() for drawn in laser.frames(camera, seen, len(spots_m), 1, noise=0.0)]
     assert len(seen) > 3
     for row in seen.itertuples():
@@ -26,8 +26,8 @@ def test_centroid_of_the_spot_is_where_it_was_planted(monkeypatch):
         assert np.hypot(*(found - (row.x_px, row.y_px))) < 0.1
 
 
-def test_spot_rests_on_the_marks_where_the_demo_states_it_in_sight_of_every_camera():
-    """The stated frames keep a frame away from where the spot moves on, and both sizes of pictures show the marks."""
+def test_spot_rests_on_the_marks_as_the_demo_states_and_in_view_of_all_cameras():
+    """The stated frames keep a margin of one frame before the spot moves, and all cameras have the marks in view."""
     facts = yaml.safe_load((ROOT / "config/demo.yaml").read_text())["capture"]["calibration"]["facts"]
     spots_m = laser.walk(laser.N_FRAMES, 3)
     assert [tuple(fact["place_m"]) for fact in facts] == list(laser.MARKS_M)

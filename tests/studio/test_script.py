@@ -1,4 +1,4 @@
-"""The script: its draws follow the planted law, exactly where it claims to be exact."""
+"""The script: its samples follow the planted distributions, exactly where documented."""
 
 import numpy as np
 import pandas as pd
@@ -13,8 +13,8 @@ from cospeech.studio import cast, script
 from cospeech.studio.patterns import NAMES
 
 FRAME_S = 0.025
-# Two hundred cells or so are looked at together: by chance alone one exceeds 4.5 deviations in 700 test runs, and the
-# seeds are fixed.
+# About two hundred cells are tested together: by chance alone, one exceeds 4.5 standard deviations once in 700 test
+# runs. The seeds are fixed.
 FAR = 4.5
 
 
@@ -24,17 +24,17 @@ def member():
 
 
 def draws(member, coupling, count, n_frames=1600, seed=7):
-    return [script.draw(member, f"r{k}", n_frames, coupling, FRAME_S, seed) for k in range(count)]
+    return [script.sample(member, f"r{k}", n_frames, coupling, FRAME_S, seed) for k in range(count)]
 
 
 def streams(drawn, n_frames):
-    """Return the classes and the patterns of all frames, (n_frames,) each."""
+    """Return the gesture class and the prosody pattern of every frame, (n_frames,) each."""
     lengths = (np.diff(np.append(starts, n_frames)) for starts in (drawn.gesture_starts, drawn.prosody_starts))
     return tuple(map(np.repeat, (drawn.gestures, drawn.patterns), lengths))
 
 
 def deviations(hits, tries, probability):
-    """Return how many standard deviations each count of hits is from its expectation."""
+    """Return the deviation of each count of hits from its expectation, in standard deviations."""
     expected = tries * probability
     spread = np.sqrt(np.maximum(tries * probability * (1 - probability), 1e-9))
     return np.where(tries > 0, (hits - expected) / spread, 0.0)
@@ -47,7 +47,7 @@ def deviations(hits, tries, probability):
     frame_s=st.sampled_from([0.01, 0.02, 0.025, 0.05]),
     seed=st.integers(0, 2**32),
 )
-def test_both_streams_cover_the_record_without_a_gap(coupling, duration_s, frame_s, seed):
+def test_both_streams_cover_the_record_without_gaps(coupling, duration_s, frame_s, seed):
     someone = cast.member("ada", seed, frame_s, 10.0)
     gestures, prosody = script.write(someone, "x", duration_s, coupling, frame_s, seed)
     n_frames = round(duration_s / frame_s)
@@ -58,7 +58,7 @@ def test_both_streams_cover_the_record_without_a_gap(coupling, duration_s, frame
     np.testing.assert_allclose(gestures["start_s"], gestures["start_frame"] * frame_s, rtol=1e-12)
 
 
-def test_the_same_script_twice_and_another_for_another_record(member):
+def test_a_script_is_reproducible_and_differs_between_records(member):
     one, again, other = (script.write(member, name, 60.0, 0.8, FRAME_S, 1) for name in ("a", "a", "b"))
     for first, second in zip(one, again, strict=True):
         pd.testing.assert_frame_equal(first, second)
@@ -70,7 +70,7 @@ def test_gestures_do_not_depend_on_coupling(member):
     pd.testing.assert_frame_equal(loose, tight)
 
 
-def test_transitions_and_openings_are_drawn_as_planted(member):
+def test_initial_gestures_and_transitions_follow_the_planted_distributions(member):
     pairs = np.zeros((len(GESTURES), len(GESTURES)))
     first = np.zeros(len(GESTURES))
     for k in range(1500):
@@ -81,19 +81,19 @@ def test_transitions_and_openings_are_drawn_as_planted(member):
     assert np.abs(deviations(pairs, pairs.sum(axis=1, keepdims=True), member.transitions)).max() < FAR
 
 
-def test_durations_are_drawn_as_planted(member):
+def test_durations_follow_the_planted_distributions(member):
     starts, labels = script.gesture_process(member, 800_000, random_source(3))
     lengths = np.diff(starts)
     for i in range(len(GESTURES)):
         ours = np.sort(lengths[labels[:-1] == i])
         found = np.searchsorted(ours, np.arange(1, 401), side="right") / len(ours)
-        # Kolmogorov and Smirnov, p = 0.001
+        # Kolmogorov-Smirnov test, p = 0.001
         assert np.abs(found - np.cumsum(member.durations[i])).max() < 1.95 / np.sqrt(len(ours))
 
 
 @pytest.mark.parametrize("coupling", [0.0, 0.5, 1.0])
-def test_frames_carry_the_patterns_of_the_planted_emissions_exactly(member, coupling):
-    """Frames of a record depend on one another, records do not: the deviation is counted over records."""
+def test_frames_follow_the_planted_emissions_exactly(member, coupling):
+    """Frames of one record are dependent, but records are not, so the deviation is computed over records."""
     counts = np.zeros((1000, len(GESTURES), len(NAMES)))
     for k, drawn in enumerate(draws(member, coupling, len(counts))):
         np.add.at(counts[k], streams(drawn, 1600), 1)
@@ -105,8 +105,8 @@ def test_frames_carry_the_patterns_of_the_planted_emissions_exactly(member, coup
     assert np.abs(estimate - planted).max() < 0.02
 
 
-def test_intonation_phrases_last_the_same_whatever_the_pattern(member):
-    drawn = script.draw(member, "long", 1_200_000, 0.0, FRAME_S, 3)
+def test_durations_of_intonation_phrases_do_not_depend_on_the_pattern(member):
+    drawn = script.sample(member, "long", 1_200_000, 0.0, FRAME_S, 3)
     lengths = np.diff(drawn.prosody_starts)
     assert (lengths.min(), lengths.max()) == (16, 64)
     counts = np.bincount(lengths, minlength=65)[16:]
@@ -118,19 +118,19 @@ def test_intonation_phrases_last_the_same_whatever_the_pattern(member):
 
 
 def test_a_coupled_phrase_restarts_its_speech_and_an_uncoupled_run_does_not(member):
-    drawn = script.draw(member, "long", 200_000, 0.5, FRAME_S, 4)
+    drawn = script.sample(member, "long", 200_000, 0.5, FRAME_S, 4)
     opens = drawn.coupled | np.append(True, drawn.coupled[:-1])
     restarts = drawn.gesture_starts[opens]
     assert np.isin(restarts, drawn.prosody_starts).all()
     inside = drawn.gesture_starts[~opens]
     assert np.isin(inside, drawn.prosody_starts).mean() < 0.06  # by chance a fortieth
-    cut = np.diff(drawn.prosody_starts) < 16  # shorter than any that is drawn
+    cut = np.diff(drawn.prosody_starts) < 16  # shorter than any sampled duration
     assert cut.any()
     assert np.isin(drawn.prosody_starts[1:][cut], restarts).all()
 
 
-def test_at_coupling_0_speech_tells_nothing(member):
-    """Own gesture and speech share no more information, nor boundaries, than those of two records do."""
+def test_at_coupling_0_speech_and_gestures_are_independent(member):
+    """Gestures and speech of one record share no more information or boundaries than those of different records."""
     drawn = draws(member, 0.0, 150, 2400)
     gestures, prosody = map(np.array, zip(*(streams(one, 2400) for one in drawn), strict=True))
     edges = [np.zeros((150, 2400), dtype=bool) for _ in range(2)]
@@ -152,12 +152,12 @@ def test_at_coupling_0_speech_tells_nothing(member):
         assert wrong.min() <= measure(0) <= wrong.max()
 
 
-def test_coupling_is_the_share_of_coupled_phrases(member):
+def test_coupling_is_the_fraction_of_coupled_phrases(member):
     coupled = np.concatenate([drawn.coupled for drawn in draws(member, 0.3, 300)])
     assert abs(deviations(coupled.sum(), len(coupled), 0.3)) < FAR
 
 
-def test_examples_are_whole_phrases_spread_over_the_records(member):
+def test_examples_are_complete_phrases_spread_over_the_records(member):
     made = pd.concat([script.write(member, f"ada_{k}", 60.0, 0.8, FRAME_S, 2012)[0] for k in range(1, 5)])
     chosen = script.examples(made, 5, random_source(1, "x"))
     tables.validate(chosen, "annotations", "x")
@@ -172,7 +172,7 @@ def test_examples_are_whole_phrases_spread_over_the_records(member):
         assert ours["record"].nunique() == min(5, present)
 
 
-def test_a_class_that_hardly_occurs_gives_the_examples_there_are():
+def test_a_rare_class_gives_fewer_examples():
     table = segments.from_starts("a", [0, 40, 100, 140], ["rest", "left", "rest", "open"], 200, 40.0)
     chosen = script.examples(table, 3, random_source(1, "x"))
-    assert chosen["gesture"].tolist() == ["rest", "left", "rest"]  # the last phrase is cut off and no example
+    assert chosen["gesture"].tolist() == ["rest", "left", "rest"]  # the last phrase is cut off

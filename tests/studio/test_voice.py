@@ -1,4 +1,4 @@
-"""The voice: planted pitch and intensity are in the sound, by Praat's own tracker, and the sound is sound."""
+"""The voice: the sound is valid, and Praat's pitch tracker recovers the planted prosody from it."""
 
 import subprocess
 import sys
@@ -28,14 +28,14 @@ print(hashlib.sha256(sound.tobytes() + table.to_csv().encode()).hexdigest())
 
 @pytest.fixture(scope="module", params=[("ada", "Female1"), ("deniz", "Male1")], ids=["woman", "man"])
 def take(request):
-    """Forty seconds of one speaker: intonation phrases, sound and planted table."""
+    """Forty seconds of one speaker: intonation phrases, sound and table of planted prosody."""
     actor, name = request.param
     prosody = script.write(cast.member(actor, SEED, FRAME_S, 10.0), "x", 40.0, 0.8, FRAME_S, SEED)[1]
     return prosody, *voice.speak("x", prosody, name, "memory", FRAME_S, SEED)
 
 
 def tracked_hz(sound, times_s):
-    """Return Praat's pitch at ``times_s``, with a low silence threshold: an aside lies 22 dB below an accent."""
+    """Return Praat's pitch at ``times_s``, with a low silence threshold: an aside is 22 dB softer than an accent."""
     praat = parselmouth.Sound(sound, voice.RATE_HZ)
     track = praat.to_pitch_ac(
         time_step=0.005, pitch_floor=65.0, pitch_ceiling=420.0, silence_threshold=0.005, voicing_threshold=0.5
@@ -49,7 +49,7 @@ def energy_db(sound, frames=1):
     return 10 * np.log10(np.convolve(power, np.full(frames, 1 / frames), mode="same"))
 
 
-def test_the_planted_table_obeys_its_schema(take):
+def test_the_planted_table_matches_its_schema(take):
     prosody, sound, planted = take
     tables.validate(planted, "planted_prosody", "x")
     assert len(planted) == 1600
@@ -60,7 +60,7 @@ def test_the_planted_table_obeys_its_schema(take):
     assert 0.75 < voiced < 0.99
 
 
-def test_the_sound_neither_clips_nor_is_ever_quite_silent(take):
+def test_the_sound_neither_clips_nor_is_ever_silent(take):
     _, sound, _ = take
     assert np.abs(sound).max() < 1.0
     assert np.abs(sound.mean()) < 1e-3
@@ -68,7 +68,7 @@ def test_the_sound_neither_clips_nor_is_ever_quite_silent(take):
     assert (np.abs(samples.reshape(-1, 400)).max(axis=1) > 10).all()
 
 
-def test_praats_tracker_finds_the_planted_pitch(take):
+def test_praats_pitch_tracker_recovers_the_planted_pitch(take):
     _, sound, planted = take
     found = tracked_hz(sound, planted["time_s"])
     both = ~np.isnan(found) & planted["lag_s"].notna().to_numpy()
@@ -79,7 +79,7 @@ def test_praats_tracker_finds_the_planted_pitch(take):
     assert (np.abs(semitones) > 2).mean() < 0.02
 
 
-def test_what_is_planted_as_unvoiced_is_unvoiced(take):
+def test_frames_planted_as_unvoiced_are_unvoiced(take):
     _, sound, planted = take
     found = tracked_hz(sound, planted["time_s"])
     pause = (planted["pattern"] == "p1").to_numpy()
@@ -89,7 +89,7 @@ def test_what_is_planted_as_unvoiced_is_unvoiced(take):
 
 def test_the_planted_intensity_is_in_the_sound(take):
     _, sound, planted = take
-    db = energy_db(sound, frames=5)  # about a syllable, over which the level is planted
+    db = energy_db(sound, frames=5)  # about a syllable, over which the intensity is defined
     speaks = (planted["pattern"] != "p1").to_numpy()
     inside = np.convolve(speaks, np.ones(5), mode="same") == 5
     off = (db - planted["intensity_db"])[inside]
@@ -100,7 +100,7 @@ def test_the_planted_intensity_is_in_the_sound(take):
     assert level["p2"] - level["p8"] == pytest.approx(13.5, abs=1.5)
 
 
-def test_pauses_hold_the_noise_of_the_room(take):
+def test_pauses_contain_the_room_noise(take):
     _, sound, planted = take
     pause = (planted["pattern"] == "p1").to_numpy()
     inside = pause & np.roll(pause, 1) & np.roll(pause, -1)
@@ -109,7 +109,7 @@ def test_pauses_hold_the_noise_of_the_room(take):
 
 
 def test_no_click_where_speech_begins_or_ends(take):
-    """At the edge of a pause the sound steps no more than the room's noise does: five deviations of it."""
+    """At the edge of a pause, the sound steps by no more than five standard deviations of steps of the room noise."""
     prosody, sound, _ = take
     speaks = (prosody["label"] != "p1").to_numpy()
     edges = prosody["start_s"].to_numpy()[1:][speaks[1:] != speaks[:-1]]
@@ -118,8 +118,8 @@ def test_no_click_where_speech_begins_or_ends(take):
     assert steps.max() < 5 * np.sqrt(2) * 10 ** (melody.ROOM_DB / 20)
 
 
-def test_patterns_can_be_told_apart_frame_by_frame(take):
-    """Nearest centroid in Praat's pitch and the energy, smoothed over a fifth of a second, against the truth."""
+def test_patterns_can_be_distinguished_frame_by_frame(take):
+    """Nearest-centroid labels from Praat's pitch and energy, smoothed over 0.2 s, agree with the planted patterns."""
     from sklearn.metrics import adjusted_mutual_info_score
 
     _, sound, planted = take
@@ -135,7 +135,7 @@ def test_patterns_can_be_told_apart_frame_by_frame(take):
     assert adjusted_mutual_info_score(labels, guess) > 0.5
 
 
-def test_the_same_take_has_the_same_bytes_in_every_process():
+def test_a_take_has_the_same_bytes_in_every_process():
     hashes = {
         subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, check=True).stdout
         for _ in range(2)
@@ -154,13 +154,13 @@ def test_base_pitch_leaves_room_for_every_pattern():
 
 
 @pytest.mark.parametrize("name", ["Adam", "Whisper"])
-def test_a_voice_that_cannot_carry_pitch_is_refused_by_name(name):
-    with pytest.raises(UserError, match=rf"studio\.actors: .*'{name}'.*take Female1 to Female5"):
+def test_a_voice_without_pitch_is_rejected_by_name(name):
+    with pytest.raises(UserError, match=rf"studio\.actors: .*'{name}'.*use Female1 to Female5"):
         voice.base_hz(name)
 
 
 @pytest.mark.parametrize("labels", [["p1"], ["p7"], ["p2", "p1", "p2"]])
-def test_a_record_may_be_all_pause_all_speech_or_have_a_word_cut_to_one_frame(labels):
+def test_a_record_may_be_all_pause_all_speech_or_have_a_stretch_of_one_frame(labels):
     starts = [0, 1, 80][: len(labels)]
     prosody = segments.from_starts("x", starts, labels, 120, 40.0)
     sound, planted = voice.speak("x", prosody, "Male2", "documentary", FRAME_S, 1)
@@ -169,7 +169,7 @@ def test_a_record_may_be_all_pause_all_speech_or_have_a_word_cut_to_one_frame(la
     assert planted["lag_s"].notna().any() == (labels != ["p1"])
 
 
-def test_a_contour_passes_its_corners_smoothly():
+def test_a_contour_passes_smoothly_through_its_knots():
     u = np.linspace(0, 1, 2001)
     course = contour((-3.0, 6.0, -3.0), u)
     np.testing.assert_allclose(course[[0, 1000, 2000]], [-3.0, 6.0, -3.0])
@@ -177,7 +177,7 @@ def test_a_contour_passes_its_corners_smoothly():
     np.testing.assert_allclose(contour((4.5, 4.5), u), 4.5)
 
 
-def test_a_plan_glides_between_phrases_and_never_into_a_pause():
+def test_a_plan_changes_smoothly_between_phrases_but_not_into_pauses():
     prosody = segments.from_starts("x", [0, 40, 80], ["p2", "p3", "p1"], 120, 40.0)
     plan = melody.plan(prosody, 100.0)
     assert np.isnan(plan.pitch_hz[2000:]).all()

@@ -45,7 +45,8 @@ def test_a_damaged_film_of_the_take_is_named_in_one_line(tmp_path):
         (tmp_path / f"take/{name}.mkv").write_bytes(b"no film" * 100)
     ended = Project(tmp_path).run(config=configure(tmp_path, method="laser", films="take"))
     assert ended.returncode != 0
-    assert "cospeech: laser: take/c1.mkv: no film, or its head is damaged; record or copy it again" in ended.stdout
+    complaint = "cospeech: laser: take/c1.mkv: not a video, or its header is damaged; record or copy it again"
+    assert complaint in ended.stdout
     assert "Traceback" not in ended.stdout
     assert not list((tmp_path / "results").rglob("*.parquet"))
 
@@ -84,10 +85,10 @@ def _relative(first, second):
     reason="needs the recordings in ../shared/data/caliscope_charuco",
 )
 def test_caliscopes_films_give_its_rig(caliscope):
-    """caliscope knew the insides of its cameras from other films.
+    """caliscope knew the intrinsics of its cameras from other films.
 
     From these films alone the board covers a fifth of a picture at most, which leaves the principal points, and with
-    them the directions, uncertain by degrees; with caliscope's insides its poses are found again.
+    them the directions, uncertain by degrees; with caliscope's intrinsics its poses are found again.
     """
     quality = pd.read_parquet(caliscope / "capture/calibration_quality.parquet")
     assert np.sqrt((quality["rms_px"] ** 2 * quality["n_points"]).sum() / quality["n_points"].sum()) < 1.0
@@ -102,8 +103,8 @@ def test_caliscopes_films_give_its_rig(caliscope):
     declared = board.read(SHARED / "data/caliscope_charuco/charuco.toml")
     names, sizes = [one.name for one in truth], [one.size_px for one in truth]
     corners = board.observations(declared, pd.read_parquet(caliscope / "capture/corners.parquet"), names)
-    known, _, _ = board.calibrate(declared, names, corners, sizes, insides=truth)
-    for label, cameras in (("alone", found), ("with caliscope's insides", known)):
+    known, _, _ = board.calibrate(declared, names, corners, sizes, intrinsics=truth)
+    for label, cameras in (("alone", found), ("with caliscope's intrinsics", known)):
         turned, shifted = pose_errors(cameras, truth)
         print(f"{label}: {turned.min():.2f}-{turned.max():.2f} deg, {shifted.min():.2%}-{shifted.max():.2%}")
     print(f"alone: places within {missed.max():.2%} of the cameras' distance, metre {change.scale - 1:+.2%}")

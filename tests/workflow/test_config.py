@@ -1,13 +1,18 @@
 """Everything wrong with a configuration is said in one line before any job starts."""
 
 import copy
+import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
 
 from cospeech.errors import UserError
 from cospeech.workflow import config as configuration
+from cospeech.workflow import records as record_list
+from cospeech.workflow import sweep as settings
+from cospeech.workflow import takes as capture_takes
 
 ROOT = Path(__file__).parents[2]
 DEMO = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
@@ -56,8 +61,6 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(speech__pitch_min_hz=500), "pitch_min_hz must be below"),
         (changed(speech__window_s=0.01), "window_s must be at least frame_s"),
         (changed(synthesis__max_duration_s=0.01), "at least two prosody frames"),
-        (changed(animation__video__shown="clock"), "not in animation.systems"),
-        (changed(animation__systems=["hsmm_weighted"]), "must contain 'random'"),
         (changed(phrases__gesture__labels=["left", "right"]), "must contain 'rest'"),
         (changed(evaluation__interior__head_s=60.0), "leaves nothing of a record"),
         (changed(corpus__name="mine"), "only the studio's"),
@@ -93,23 +96,23 @@ def test_the_order_of_keys_does_not_matter():
 
 def test_the_films_of_a_calibration_are_named_by_their_cameras(tmp_path):
     config = calibrated(films=str(tmp_path))
-    assert configuration.calibration_films(DEMO) == {}
+    assert capture_takes.calibration_films(DEMO) == {}
     with pytest.raises(UserError, match="no film lies there"):
-        configuration.calibration_films(config)
+        capture_takes.calibration_films(config)
     for name in ("c2.MP4", "c1.mov", "notes.txt"):
         (tmp_path / name).touch()
     found = {"c1": str(tmp_path / "c1.mov"), "c2": str(tmp_path / "c2.MP4")}
-    assert configuration.calibration_films(config) == found
+    assert capture_takes.calibration_films(config) == found
     (tmp_path / "c1.avi").touch()
     with pytest.raises(UserError, match="two films are called 'c1'"):
-        configuration.calibration_films(config)
+        capture_takes.calibration_films(config)
 
 
 def test_a_run_that_only_calibrates_needs_no_record():
     config = calibrated(method="given", file="rig.toml")
     config["corpus"] |= {"source": "recorded", "name": "mine"}
     configuration.check(config)
-    assert configuration.brings(configuration.records(config, "results/x")) == frozenset()
+    assert record_list.brings(record_list.records(config, "results/x")) == frozenset()
 
 
 def recorded(records):
@@ -140,7 +143,7 @@ B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
 @pytest.mark.usefixtures("files")
 def test_records_are_checked(given, complaint):
     with pytest.raises(UserError, match=complaint):
-        configuration.records(recorded(given), "results/x")
+        record_list.records(recorded(given), "results/x")
 
 
 @pytest.mark.parametrize(
@@ -153,7 +156,7 @@ def test_records_are_checked(given, complaint):
 @pytest.mark.usefixtures("files")
 def test_a_corpus_is_uniform(given, complaint):
     with pytest.raises(UserError, match=complaint):
-        configuration.brings(configuration.records(recorded(given), "results/x"))
+        record_list.brings(record_list.records(recorded(given), "results/x"))
 
 
 @pytest.fixture
@@ -174,18 +177,18 @@ def captured(files):
 
 
 def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
-    listed = configuration.records(captured, "r")
-    assert configuration.brings(listed) == {"motion", "audio"}
-    assert configuration.takes(captured, listed, "r") == {
+    listed = record_list.records(captured, "r")
+    assert record_list.brings(listed) == {"motion", "audio"}
+    assert capture_takes.takes(captured, listed, "r") == {
         "a": ["a/c1.mkv", "a/c2.MP4"], "b": ["b.c3d"], "range~x": ["range/c1.mkv", "range/c2.MP4"]
     }  # fmt: skip
-    assert configuration.offsets_s(captured, "a") == {"c1": 0.5}
-    assert configuration.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
-    takes = configuration.takes(DEMO, configuration.records(DEMO, "r"), "r")
+    assert capture_takes.offsets_s(captured, "a") == {"c1": 0.5}
+    assert capture_takes.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
+    takes = capture_takes.takes(DEMO, record_list.records(DEMO, "r"), "r")
     assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
     assert len(takes) == 8 + 2
     unfilmed = changed(studio__film=False)
-    assert configuration.takes(unfilmed, configuration.records(unfilmed, "r"), "r") == {}
+    assert capture_takes.takes(unfilmed, record_list.records(unfilmed, "r"), "r") == {}
 
 
 @pytest.mark.parametrize(
@@ -209,20 +212,20 @@ def test_takes_that_cannot_be_captured_are_named(captured, key, value, complaint
         Path("twice", name).touch()
     captured["capture"][key] = value
     with pytest.raises(UserError, match=complaint):
-        configuration.takes(captured, configuration.records(captured, "r"), "r")
+        capture_takes.takes(captured, record_list.records(captured, "r"), "r")
 
 
 @pytest.mark.usefixtures("files")
 def test_a_record_has_one_kind_of_motion():
     with pytest.raises(UserError, match="record 'a' has both motion and views"):
-        configuration.records(recorded([A | {"views": "a"}, B]), "r")
+        record_list.records(recorded([A | {"views": "a"}, B]), "r")
 
 
 @pytest.mark.usefixtures("files")
 def test_a_sheet_in_csv_is_the_same_as_a_list():
     Path("sheet.csv").write_text("record,actor,motion,audio,start_s\na,x,a.bvh,a.wav,\nb,x,b.bvh,b.wav,1.5\n")
-    from_sheet = configuration.records(recorded("sheet.csv"), "r")
-    assert from_sheet == configuration.records(recorded([A, B | {"start_s": 1.5}]), "r")
+    from_sheet = record_list.records(recorded("sheet.csv"), "r")
+    assert from_sheet == record_list.records(recorded([A, B | {"start_s": 1.5}]), "r")
 
 
 @pytest.mark.parametrize(
@@ -240,29 +243,74 @@ def test_mistakes_in_a_sheet_are_named(tmp_path, text, complaint):
     sheet = tmp_path / "sheet.csv"
     sheet.write_text(text)
     with pytest.raises(UserError, match=complaint):
-        configuration.records(recorded(str(sheet)), "r")
+        record_list.records(recorded(str(sheet)), "r")
 
 
 def test_a_missing_sheet_is_named():
     with pytest.raises(UserError, match=r"nowhere\.csv: cannot be read"):
-        configuration.records(recorded("nowhere.csv"), "r")
+        record_list.records(recorded("nowhere.csv"), "r")
 
 
 def test_settings_of_the_sweep_leave_out_the_main_one():
-    assert configuration.main_setting(DEMO).path == "clusters~8/states~3"
-    lines = configuration.sweep_settings(DEMO)
+    assert settings.main_setting(DEMO).path == "clusters~8/states~3"
+    lines = settings.sweep_settings(DEMO)
     assert [setting.clusters for setting in lines if setting.states == 3] == [4, 6, 10, 12, 14, 16]
     assert [setting.states for setting in lines if setting.clusters == 8] == [5, 7, 9]
     assert len(lines) == 9
-    full = configuration.sweep_settings(changed(sweep__grid="full"))
+    full = settings.sweep_settings(changed(sweep__grid="full"))
     assert len(full) == 7 * 4 - 1
-    assert configuration.main_setting(DEMO) not in full
+    assert settings.main_setting(DEMO) not in full
 
 
 def test_studio_records_point_to_raw_files():
-    listed = configuration.records(DEMO, "results/demo")
+    listed = record_list.records(DEMO, "results/demo")
     assert len(listed) == 8
     assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
-    assert configuration.brings(listed) == {"motion", "audio"}
-    silent = configuration.records(changed(studio__sound=False), "results/demo")
-    assert configuration.brings(silent) == {"gestures", "prosody"}
+    assert record_list.brings(listed) == {"motion", "audio"}
+    silent = record_list.records(changed(studio__sound=False), "results/demo")
+    assert record_list.brings(silent) == {"gestures", "prosody"}
+
+
+SYSTEMS = {
+    name: SimpleNamespace(role=role, makes=makes)
+    for name, role, makes in (
+        ("listens", "system", "phrases"),
+        ("moves", "system", "motion"),
+        ("draws", "control", "phrases"),
+    )
+}
+
+
+@pytest.mark.parametrize(
+    ("animated", "shown", "systems", "brings", "complaint"),
+    [
+        (["listens", "draws"], "clock", SYSTEMS, {"motion"}, "animation.video.shown: 'clock' is not in animation"),
+        (["listens", "drws"], "listens", SYSTEMS, {"motion"}, "animation.systems: 'drws' is not among the systems"),
+        (["listens"], "listens", SYSTEMS, {"motion"}, "animation.systems must contain a control"),
+        (["draws"], "draws", {"draws": SYSTEMS["draws"]}, {"motion"}, "chooses no system that listens to speech"),
+        (["listens", "draws"], "listens", SYSTEMS, {"gestures"}, "'moves' makes motion, but the records bring none"),
+    ],
+)
+def test_what_is_shown_is_among_the_systems(animated, shown, systems, brings, complaint):
+    config = changed(animation__systems=animated, animation__video__shown=shown)
+    with pytest.raises(UserError, match=re.escape(complaint)):
+        configuration.check_systems(config, systems, frozenset(brings))
+
+
+def test_what_makes_motion_need_not_be_named_to_be_shown():
+    config = changed(animation__systems=["draws"], animation__video__shown=["moves"])
+    configuration.check_systems(config, SYSTEMS, frozenset({"motion"}))
+
+
+def test_transplants_name_actors_and_records():
+    listed = {name: {"actor": name[0]} for name in ("a1", "a2", "b1", "b2")}
+    assert record_list.transplants(DEMO, listed) == [("b", "a1")]
+    assert record_list.transplants(DEMO, {"a1": {"actor": "a"}, "a2": {"actor": "a"}}) == []
+    chosen = changed(transplant__pairs=[{"model": "a", "voice": "b2"}])
+    assert record_list.transplants(chosen, listed) == [("a", "b2")]
+    for pair, complaint in (
+        ({"model": "c", "voice": "a1"}, "no actor is called 'c'; there are a, b"),
+        ({"model": "a", "voice": "b3"}, "no record is called 'b3'"),
+    ):
+        with pytest.raises(UserError, match=complaint):
+            record_list.transplants(changed(transplant__pairs=[pair]), listed)

@@ -27,7 +27,7 @@ def project(tmp_path_factory):
         for record in RECORDS
         for path in (
             f"phrases/gesture/{record}.parquet",
-            f"synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet",
+            f"synthesis/hsmm_weighted/clusters~4,states~3/{record}/phrases.parquet",
         )
     ]
     project.make("markers", SCORES, SHEET, *phrases, TRUE_ANGLES, config=FILM)
@@ -140,7 +140,7 @@ def test_true_angles_go_the_way_of_found_ones(filmed, tmp_path):
             held.phrases(pd.read_parquet(again / path), rules)
             for path in (
                 f"phrases/gesture/{record}.parquet",
-                f"synthesis/hsmm_weighted/clusters~4/states~3/{record}/phrases.parquet",
+                f"synthesis/hsmm_weighted/clusters~4,states~3/{record}/phrases.parquet",
             )
         )
         own = pd.DataFrame(held.record_scores(actual, made, rules))

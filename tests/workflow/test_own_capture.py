@@ -37,7 +37,7 @@ LATE_FRAMES = {"c1": 1, "c2": 0, "c3": 4, "c4": 0, "c5": 2}
 GOOD = ("c3d_gaps", "films_good")
 BAD = {
     "c3d_unitless": "does not say its unit",
-    "films_truncated": "c2.mkv: cut short",
+    "films_truncated": "c2.mkv: truncated",
 }
 """Every bad record, named by what is wrong with it, and words that its message must hold."""
 

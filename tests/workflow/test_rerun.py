@@ -32,8 +32,7 @@ def append(path, line):
 
 def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
     """The report's template lies beside the program; everything else knows no path."""
-    rest = edited.planned() - {"page", "leaderboard"}
-    assert all(name.startswith(("fig_", "table_")) for name in rest), rest
+    assert edited.planned() <= {"page", "exhibits", "score_exhibits"}
 
 
 @pytest.mark.parametrize(
@@ -54,7 +53,7 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
             },
         ),
         (
-            "phrases/gesture.py",
+            "segmentation/gesture.py",
             {
                 "gesture_model",
                 "gesture_fold",
@@ -67,14 +66,14 @@ def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
             {"studio_take", "record", "prosody", "prosody_clusters"},
         ),
         (
-            "evaluation/boundaries.py",
-            {"record_scores", "session_scores", "leaderboard", "page"},
+            "metrics/similarity.py",
+            {"record_scores", "session_scores", "score_exhibits", "page"},
             {"prosody_clusters", "systems", "motion", "comparison", "motion_statistics"},
         ),
         (
-            "animation/smoothing.py",
+            "motion/smoothing.py",
             {"motion", "smoothing", "comparison", "motion_statistics", "page"},
-            {"systems", "record_scores", "session_scores", "leaderboard", "prosody"},
+            {"systems", "prosody", "prosody_clusters"},
         ),
     ],
 )
@@ -86,7 +85,7 @@ def test_an_edited_module_reruns_what_rests_on_it_and_nothing_else(edited, modul
 
 
 def test_an_edit_that_changes_nothing_gives_the_same_bytes(edited, finished):
-    append(edited.program / "src/cospeech/evaluation/boundaries.py", "# edited\n")
+    append(edited.program / "src/cospeech/metrics/similarity.py", "# edited\n")
     edited.make()
     assert differing(finished.artifacts(), edited.artifacts()) == []
     assert "Nothing to be done" in edited.make()
@@ -104,7 +103,7 @@ def config_with(tmp_path, **sections):
 
 def test_a_changed_setting_reruns_only_its_readers(copy, tmp_path):
     planned = copy.planned(config=config_with(tmp_path, evaluation={"boundary_tolerance_s": 0.3}))
-    assert {"record_scores", "leaderboard", "page"} <= planned
+    assert {"record_scores", "score_exhibits", "page"} <= planned
     assert planned & {"record", "prosody", "prosody_clusters", "systems", "motion", "comparison"} == set()
 
 
@@ -138,11 +137,11 @@ def models(project, run, fold):
     paths = [
         *results.glob(f"phrases/gesture/fold~{fold}/*.parquet"),
         *results.glob(f"phrases/prosody/*/*/fold~{fold}/model.parquet"),
-        *results.glob(f"synthesis/hsmm/*/*/{fold}/initial.parquet"),
-        *results.glob(f"synthesis/hsmm/*/*/{fold}/transitions.parquet"),
-        *results.glob(f"synthesis/hsmm/*/*/{fold}/emissions.parquet"),
-        *results.glob(f"synthesis/hsmm/*/*/{fold}/durations.parquet"),
-        *results.glob(f"synthesis/hsmm_weighted/*/*/{fold}/decoding.parquet"),
+        *results.glob(f"synthesis/hsmm/*/{fold}/initial.parquet"),
+        *results.glob(f"synthesis/hsmm/*/{fold}/transitions.parquet"),
+        *results.glob(f"synthesis/hsmm/*/{fold}/emissions.parquet"),
+        *results.glob(f"synthesis/hsmm/*/{fold}/durations.parquet"),
+        *results.glob(f"synthesis/hsmm_weighted/*/{fold}/decoding.parquet"),
     ]
     return {str(path.relative_to(results)): pq.read_table(path) for path in sorted(paths)}
 
@@ -163,7 +162,7 @@ def test_nothing_of_the_held_out_record_reaches_its_model(finished, tmp_path):
     inside[["start_s", "end_s", "gesture"]].to_csv(head, index=False)
     other = {"motion": str(raw / "ada_2.bvh"), "audio": str(raw / "ada_2.wav"), "end_s": 20.0}
     exchanged = plain | {"ada_1": other | {"annotations": str(head)}}
-    target = "results/tried/synthesis/hsmm_weighted/clusters~4/states~3/ada_1/decoding.parquet"
+    target = "results/tried/synthesis/hsmm_weighted/clusters~4,states~3/ada_1/decoding.parquet"
     one, two = Project(tmp_path / "one"), Project(tmp_path / "two")
     for project, records in ((one, plain), (two, exchanged)):
         project.folder.mkdir()
@@ -192,7 +191,7 @@ def test_corrected_annotations_come_back_and_only_their_dependents_run(finished,
     project = Project(tmp_path / "project")
     project.folder.mkdir()
     config = recorded(finished, tmp_path, records)
-    target = "results/tried/synthesis/hsmm/clusters~4/states~3/ada_2/phrases.parquet"
+    target = "results/tried/synthesis/hsmm/clusters~4,states~3/ada_2/phrases.parquet"
     project.make(target, "results/tried/corpus/annotations.parquet", config=config)
     imported = pq.read_table(project.folder / "results/tried/corpus/annotations.parquet").to_pandas()
     found = pq.read_table(finished.folder / "results/test/phrases/gesture/ada_1.parquet").to_pandas()

@@ -1,11 +1,11 @@
-# From films of a laser's spot or of a board, or from a file, to the cameras of the rig.
+# The cameras of the rig, from films of a laser spot or a board, or from a camera file.
 
 CALIBRATION = config["capture"]["calibration"]
 METHOD = CALIBRATION["method"]
-CALIBRATED = FILMED or configuration.calibrates(config)
-# The films of the take by camera: one's own, else the studio's; none where the calibration is given.
+CALIBRATED = FILMED or capture_takes.calibrates(config)
+# The films of the calibration take by camera: the user's own, else the studio's; none if a camera file is given.
 TAKE_FILMS = OWN_TAKE
-if CALIBRATED and not configuration.calibrates(config):
+if CALIBRATED and not capture_takes.calibrates(config):
     TAKE_FILMS = {view: f"{RESULTS}/corpus/raw/laser/{view}.mkv" for view in VIEWS}
 CALIBRATION_OUTPUTS = []
 
@@ -19,7 +19,7 @@ if CALIBRATED and METHOD == "laser":
         params:
             most_frames_apart=config["capture"]["track"]["most_frames_apart"],
         message:
-            "the laser spot in every view"
+            "detect the laser spot in every view"
         script:
             "../../scripts/capture/laser.py"
 
@@ -35,15 +35,15 @@ if CALIBRATED and METHOD == "board":
         params:
             most_frames_apart=config["capture"]["track"]["most_frames_apart"],
         message:
-            "the board's corners in every view"
+            "detect the corners of the board in every view"
         script:
             "../../scripts/capture/corners.py"
 
 
 if CALIBRATED:
 
-    # What is seen of the take, and what says how to read it, as the method needs.
-    SIGHTINGS = {
+    # The detections in the take, and the board definition, as far as the method needs them.
+    DETECTIONS = {
         "laser": {"laser": f"{RESULTS}/capture/laser.parquet"},
         "board": {"corners": f"{RESULTS}/capture/corners.parquet", "board": CALIBRATION["board"]},
         "given": {},
@@ -51,7 +51,7 @@ if CALIBRATED:
 
     rule calibrate:
         input:
-            **SIGHTINGS[METHOD],
+            **DETECTIONS[METHOD],
             take=list(TAKE_FILMS.values()) or [CALIBRATION["file"]],
         output:
             cameras=f"{RESULTS}/capture/cameras.parquet",
@@ -63,7 +63,7 @@ if CALIBRATED:
             up=CALIBRATION["up"],
             seed=config["seed"],
         message:
-            "the cameras of the rig"
+            "calibrate the cameras of the rig"
         script:
             "../../scripts/capture/calibrate.py"
 
@@ -73,7 +73,7 @@ if CALIBRATED:
         output:
             toml=f"{RESULTS}/export/calibration.toml",
         message:
-            "the cameras as TOML"
+            "export the cameras as TOML"
         script:
             "../../scripts/capture/export_calibration.py"
 

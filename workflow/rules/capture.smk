@@ -1,24 +1,24 @@
-# From films or markers to joint angles: markers in every view and in the world, then the body that carries them.
+# From films or marker files to joint angles: markers in every view and in 3D, then the fitted body model.
 
 
 def films_of(wildcards):
-    """The films of a take, or of a record, one of each camera."""
+    """The films of a take or record, one per camera."""
     return TAKES[wildcards.get("take") or wildcards.record]
 
 
 def marker_file_of(wildcards):
-    """The file of another system that holds the markers of a take."""
+    """The marker file of a take, measured by another system."""
     return TAKES[wildcards.take][0]
 
 
 def sound_of(wildcards):
-    """The record's own sound, which a range-of-motion take has none of."""
+    """The sound of the record; a range-of-motion take has none."""
     audio = RECORDS.get(wildcards.take, {}).get("audio")
     return [audio] if audio else []
 
 
 def by_hand(kind):
-    """The file of clicks or corrections of a take, where a person made one."""
+    """The file of clicks or corrections of a take, if there is one."""
 
     def given(wildcards):
         folder = config["capture"][kind]
@@ -29,7 +29,7 @@ def by_hand(kind):
 
 
 def range_of_motion(wildcards):
-    """The markers of the range-of-motion take of the record's actor."""
+    """The markers from the range-of-motion take of the record's actor."""
     return f"{RESULTS}/capture/range~{actor_of(wildcards.record)}/markers_3d.parquet"
 
 
@@ -44,9 +44,9 @@ if FILMED:
         wildcard_constraints:
             take="|".join(FILMED),
         params:
-            given_s=lambda wildcards: configuration.offsets_s(config, wildcards.take),
+            given_s=lambda wildcards: capture_takes.offsets_s(config, wildcards.take),
         message:
-            "how far the films of {wildcards.take} are out of step"
+            "synchronise the films of {wildcards.take}"
         script:
             "../../scripts/capture/offsets.py"
 
@@ -55,7 +55,7 @@ if FILMED:
             cameras=rules.calibrate.output.cameras,
             calibration=rules.calibrate.input.take,
             films=films_of,
-            # The studio's films are in step.
+            # The films of the virtual studio are synchronous.
             offsets=[] if VIRTUAL else f"{RESULTS}/capture/{{take}}/offsets.parquet",
             clicks=by_hand("clicks"),
             corrections=by_hand("corrections"),
@@ -68,11 +68,11 @@ if FILMED:
         params:
             settings=config["capture"]["track"],
         message:
-            "markers of {wildcards.take} in every view and in the world"
+            "track the markers of {wildcards.take}"
         script:
             "../../scripts/capture/track.py"
 
-    # What a person looks at to judge and to correct the tracking of a record; made where it is asked for.
+    # For manual review and correction of the tracking of a record; made only on request.
     MOMENTS = range(1, 7)
 
     rule worst_moments:
@@ -86,7 +86,7 @@ if FILMED:
             table=f"{RESULTS}/capture/{{record}}/worst_moments.parquet",
             pictures=[f"{RESULTS}/capture/{{record}}/moment_{number}.png" for number in MOMENTS],
         message:
-            "worst moments of the markers of {wildcards.record}"
+            "worst moments of the tracking of {wildcards.record}"
         script:
             "../../scripts/capture/worst_moments.py"
 
@@ -100,7 +100,7 @@ if FILMED:
         output:
             video=f"{RESULTS}/capture/{{record}}/overlay.mp4",
         message:
-            "films of {wildcards.record} with their markers"
+            "overlay of the films and markers of {wildcards.record}"
         script:
             "../../scripts/capture/overlay.py"
 
@@ -119,7 +119,7 @@ if len(TAKES) > len(FILMED):
             markers=config["corpus"]["markers"],
             longest_hidden_s=config["capture"]["track"]["longest_hidden_s"],
         message:
-            "markers of {wildcards.take} as another system measured them"
+            "import the markers of {wildcards.take}"
         script:
             "../../scripts/capture/marker_file.py"
 
@@ -136,7 +136,7 @@ if TAKES:
         params:
             static_s=config["capture"]["static_s"],
         message:
-            "joint angles of {wildcards.record} from its markers"
+            "fit the joint angles of {wildcards.record}"
         script:
             "../../scripts/capture/skeleton.py"
 
@@ -149,14 +149,14 @@ if TAKES:
             c3d=f"{RESULTS}/export/{{record}}.c3d",
             bvh=f"{RESULTS}/export/{{record}}.bvh",
         message:
-            "{wildcards.record} as TRC, C3D and BVH"
+            "export {wildcards.record} as TRC, C3D and BVH"
         script:
             "../../scripts/capture/export_motion.py"
 
 
 if VIRTUAL and FILMED:
 
-    # The other of the two methods, to be compared with.
+    # The other of the two tracking methods, for comparison.
     TRACKER = config["capture"]["track"]["method"]
     OTHER = {"robust": "thesis", "thesis": "robust"}[TRACKER]
 
@@ -168,9 +168,9 @@ if VIRTUAL and FILMED:
         params:
             settings=config["capture"]["track"] | {"method": OTHER},
         message:
-            f"markers of {{wildcards.take}} by the method '{OTHER}'"
+            f"track the markers of {{wildcards.take}} by the method '{OTHER}'"
 
-    # Whose markers are held against the planted ones: every record by the method in use, the first by the other.
+    # The markers to score against the ground truth: all records by the method in use, the first also by the other.
     TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in RECORDS]
     TRACKED += [(record, OTHER, f"{RESULTS}/capture/{record}/{OTHER}") for record in FIRST_RECORDS[:1]]
 
@@ -194,6 +194,6 @@ if VIRTUAL and FILMED:
             method=TRACKER,
             static_s=config["capture"]["static_s"],
         message:
-            "what capture found, against what was planted"
+            "score the capture against the ground truth"
         script:
             "../../scripts/capture/capture_scores.py"

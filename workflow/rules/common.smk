@@ -5,8 +5,10 @@ def actor_of(record):
     return RECORDS[record]["actor"]
 
 
-# Sorted out once: asked for every job, a walk over all records would make planning quadratic in them.
-RECORDS_OF = {actor: [name for name in RECORDS if actor_of(name) == actor] for actor in ACTORS}
+# Sorted once: a search of all records for every job would make planning quadratic in their number.
+RECORDS_OF = {actor: [] for actor in ACTORS}
+for name in RECORDS:
+    RECORDS_OF[actor_of(name)].append(name)
 
 
 def records_of(actor):
@@ -28,7 +30,7 @@ def complete(scripted):
     Log and benchmark lie in a folder named after the rule, and are named after its wildcards.
     """
     script = Path(scripted.basedir.get_path_or_uri(secret_free=False), scripted.script).resolve()
-    name = "/".join([scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names))])
+    name = Path(scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names)))
     scripted.log_modifier = scripted.benchmark_modifier = workflow.modifier.path_modifier
     scripted.set_log(f"{RESULTS}/logs/{name}.log")
     scripted.benchmark = f"{RESULTS}/benchmarks/{name}.tsv"

@@ -22,7 +22,9 @@ def given_record(wildcards):
 def files_of(wildcards):
     """Return the input files of a record; films and markers are replaced by the joint angles computed from them."""
     name, record = wildcards.record, RECORDS[wildcards.record]
-    files = {kind: record[kind] for kind in configuration.FILE_FIELDS if record[kind] and kind != "annotations"}
+    if VIRTUAL and "prosody" in BRINGS:
+        return {"features": f"{RESULTS}/corpus/raw/{record['actor']}"}
+    files = {kind: record[kind] for kind in record_list.FILE_FIELDS if record[kind] and kind != "annotations"}
     if name in TAKES:
         files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
     if name in FILMED and "audio" in files and not VIRTUAL:

@@ -21,7 +21,7 @@ SCORING = {
 rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-        planned=expand(f"{RESULTS}/evaluation/planned/{{record}}.parquet", record=RECORDS),
+        planned=expand(PLANNED, record=RECORDS),
         swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
         others=[path for system, _, name in OWN_FILES for path in expand(made_by(system, name), record=RECORDS)],
     output:
@@ -139,7 +139,7 @@ if VIRTUAL and FILMED:
             shared=SHARED_SETTINGS,
             own=OWN_SETTINGS,
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
+            method_code=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
             frame_s=config["speech"]["frame_s"],
             rules=SCORING,
         message:

@@ -29,15 +29,11 @@ def gesture_model(wildcards):
     return f"{RESULTS}/phrases/gesture/{place}/model.parquet"
 
 
-def clusters_of_model(name):
-    """The prosody clusters that a model listens to: their segments, or their model."""
-
-    def path(wildcards):
-        actor, _, held_out = trained_on(wildcards)
-        place = f"fold~{held_out}" if held_out else f"actor~{actor}"
-        return f"{RESULTS}/phrases/prosody/{VARIANTS[wildcards.variant].path}/{place}/{name}.parquet"
-
-    return path
+def clusters_of_model(wildcards):
+    """The segments of the prosody clusters that a model listens to; the clusters' own model lies next to them."""
+    actor, _, held_out = trained_on(wildcards)
+    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
+    return f"{RESULTS}/phrases/prosody/{VARIANTS[wildcards.variant].path}/{place}/segments.parquet"
 
 
 def for_model(path, need=None):
@@ -58,10 +54,7 @@ rule prosody_clusters_actor:
             record=records_of(wildcards.actor),
         ),
     output:
-        **{
-            name: f"{RESULTS}/phrases/prosody/clusters~{{clusters}}/states~{{states}}/actor~{{actor}}/{name}.parquet"
-            for name in cluster_tables(MAIN)
-        },
+        segments=f"{RESULTS}/phrases/prosody/clusters~{{clusters}}/states~{{states}}/actor~{{actor}}/segments.parquet",
     params:
         records=lambda wildcards: records_of(wildcards.actor),
         training=lambda wildcards: records_of(wildcards.actor),
@@ -76,20 +69,20 @@ rule prosody_clusters_actor:
 
 
 if BRINGS >= {"motion", "audio"}:
+    MODELS = [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
 
     rule model:
         input:
             gestures=gestures_of_model,
             gesture_model=gesture_model,
-            clusters=clusters_of_model("segments"),
-            clusters_model=clusters_of_model("model"),
+            clusters=clusters_of_model,
             motions=for_model(f"{RESULTS}/motion/{{record}}.parquet"),
             prosody=for_model(f"{RESULTS}/speech/{{record}}/prosody.parquet", "prosody"),
         output:
             folder=directory(f"{RESULTS}/models/{{system}}/{{variant}}/{{trained}}"),
         wildcard_constraints:
             variant="|".join(VARIANTS),
-            trained=f"(fold~)?{configuration.NAME}",
+            trained=f"(fold~)?{record_list.NAME}",
         params:
             actor=lambda wildcards: trained_on(wildcards)[0],
             records=lambda wildcards: trained_on(wildcards)[1],
@@ -100,7 +93,7 @@ if BRINGS >= {"motion", "audio"}:
             shared=SHARED_SETTINGS,
             own=OWN_SETTINGS,
             frame_s=config["speech"]["frame_s"],
-            methods=lambda wildcards: code_hash.modules_hash([SYSTEMS[wildcards.system].method]),
+            method_code=lambda wildcards: code_hash.modules_hash([SYSTEMS[wildcards.system].method]),
             card={
                 "speech": config["speech"],
                 "seed": config["seed"],
@@ -122,7 +115,7 @@ if BRINGS >= {"motion", "audio"}:
             bvh=f"{RESULTS}/transplant/{{actor}}/{{record}}/motion.bvh",
         params:
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
+            method_code=code_hash.modules_hash([SYSTEMS[SHOWN].method]),
         message:
             "{wildcards.record}, driven through the model of {wildcards.actor}"
         script:

@@ -64,20 +64,23 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/motion.py"
 
-    for name in ANIMATED_APART:
+    for name in APART:
+        animated = [system for system in ANIMATED_APART if SYSTEMS[system].decoder == name]
+        if not animated:
+            continue
 
         rule:
             name:
                 f"motion_{name}"
             input:
-                **motion_inputs([name]),
+                **motion_inputs(animated),
             output:
-                **motion_outputs([name]),
+                **motion_outputs(animated),
                 original=[],
             params:
-                **motion_params([name]),
+                **motion_params(animated),
             message:
-                f"motion of {{wildcards.record}} by {name}"
+                f"motion of {{wildcards.record}} by {', '.join(animated)}"
             script:
                 "../../scripts/rendering/motion.py"
 
@@ -149,7 +152,7 @@ if "motion" in BRINGS:
 
     # Smoothing is tried where units meet: on a system whose phrases unit selection turned into motion.
     TRIED = FIRST_RECORDS[0]
-    SELECTED = next(name for name in [SHOWN, *ANIMATED] if SYSTEMS[name].makes == "phrases")
+    SELECTED = next(name for name in [SHOWN, *RELIABLE_FIRST] if SYSTEMS[name].makes == "phrases")
 
     rule smoothing:
         input:

@@ -1,10 +1,9 @@
 # Gesture phrases from joint angles, and intonation phrases from prosody.
 
 
-def cluster_tables(setting):
-    """The named outputs of the prosody clusters of one fold at this setting."""
-    folder = f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{record}}"
-    return {name: f"{folder}/{name}.parquet" for name in ("segments", "model", "fit")}
+def clusters_of_fold(setting):
+    """The intonation phrases of one fold; the model and its fit, which no rule reads, are written next to them."""
+    return f"{RESULTS}/phrases/prosody/{setting.path}/fold~{{record}}/segments.parquet"
 
 
 # A corpus of complete gesture segments brings these tables itself.
@@ -83,7 +82,7 @@ rule prosody_clusters:
     input:
         prosody=prosody_of_fold,
     output:
-        **cluster_tables(MAIN),
+        segments=clusters_of_fold(MAIN),
     params:
         records=records_of_fold,
         training=training_of_fold,

@@ -1,11 +1,14 @@
-# The virtual studio: a script drawn for all records at once, then one take a record, in sound and motion or,
-# for hours in seconds, in features only.
+# The virtual studio: one script sampled for all records, then one take per record, with sound and motion or, to
+# simulate hours of speech in seconds, as features only.
+
+
+# The synthesiser voice of each actor.
+VOICES = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]} if VIRTUAL else {}
 
 
 def voice_of(wildcards):
-    """The synthesiser's voice of the actor of a record."""
-    voices = {actor["actor"]: actor["voice"] for actor in config["studio"]["actors"]}
-    return voices[actor_of(wildcards.record)]
+    """The synthesiser voice of the actor of a record."""
+    return VOICES[actor_of(wildcards.record)]
 
 
 def performer_of(wildcards):
@@ -36,7 +39,7 @@ rule studio_script:
         max_duration_s=config["synthesis"]["max_duration_s"],
         seed=config["seed"],
     message:
-        "the studio's script"
+        "sample the script of all records"
     script:
         "../../scripts/studio/studio_script.py"
 
@@ -59,27 +62,30 @@ rule studio_take:
         frame_s=config["speech"]["frame_s"],
         seed=config["seed"],
     message:
-        "take of {wildcards.record}: voice and motion"
+        "record the voice and motion of {wildcards.record}"
     script:
         "../../scripts/studio/studio_take.py"
 
 
-rule studio_features:
-    input:
-        gesture_phrases=rules.studio_script.output.gesture_phrases,
-        prosody_phrases=rules.studio_script.output.prosody_phrases,
-    output:
-        prosody=f"{RESULTS}/corpus/raw/{{record}}.prosody.parquet",
-        gestures=f"{RESULTS}/corpus/raw/{{record}}.gestures.parquet",
-    params:
-        voice=voice_of,
-        frame_s=config["speech"]["frame_s"],
-        voiced_gain=config["speech"]["voiced_gain"],
-        seed=config["seed"],
-    message:
-        "features of {wildcards.record}, without sound"
-    script:
-        "../../scripts/studio/studio_features.py"
+# Simulating a record takes less than starting a process, so the records of an actor share one, and a folder.
+if VIRTUAL and "prosody" in BRINGS:
+
+    rule studio_features:
+        input:
+            gesture_phrases=rules.studio_script.output.gesture_phrases,
+            prosody_phrases=rules.studio_script.output.prosody_phrases,
+        output:
+            features=directory(f"{RESULTS}/corpus/raw/{{actor}}"),
+        params:
+            records=lambda wildcards: records_of(wildcards.actor),
+            voice=lambda wildcards: VOICES[wildcards.actor],
+            frame_s=config["speech"]["frame_s"],
+            voiced_gain=config["speech"]["voiced_gain"],
+            seed=config["seed"],
+        message:
+            "simulate the prosody features of {wildcards.actor}"
+        script:
+            "../../scripts/studio/studio_features.py"
 
 
 if VIRTUAL and FILMED:
@@ -91,7 +97,7 @@ if VIRTUAL and FILMED:
             width_px=config["studio"]["camera_width_px"],
             seed=config["seed"],
         message:
-            "the studio's cameras"
+            "set up the cameras of the studio"
         script:
             "../../scripts/studio/studio_rig.py"
 
@@ -104,7 +110,7 @@ if VIRTUAL and FILMED:
         params:
             seed=config["seed"],
         message:
-            "the calibration take"
+            "film the calibration take"
         script:
             "../../scripts/studio/studio_laser.py"
 
@@ -120,7 +126,7 @@ if VIRTUAL and FILMED:
             motion_fps=config["studio"]["motion_fps"],
             seed=config["seed"],
         message:
-            "range of motion of {wildcards.actor}"
+            "film the range-of-motion take of {wildcards.actor}"
         script:
             "../../scripts/studio/studio_range.py"
 
@@ -136,6 +142,6 @@ if VIRTUAL and FILMED:
             actor=performer_of,
             seed=config["seed"],
         message:
-            "film of {wildcards.record}"
+            "film {wildcards.record}"
         script:
             "../../scripts/studio/studio_film.py"

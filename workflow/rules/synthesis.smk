@@ -4,10 +4,16 @@
 def model_tables(systems):
     """The tables of the models that these systems train, with their schemas, by system."""
     return {
-        system: dict(SYSTEMS[system].tables)
+        system: SYSTEMS[system].table_schemas
         for system in systems
         if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
     }
+
+
+def place_of(system, setting=MAIN):
+    """The variant of a system, and the folder of its records."""
+    variant = variant_of(system, setting)
+    return variant, f"{RESULTS}/synthesis/{system}/{variant}"
 
 
 def needed(systems, need):
@@ -37,18 +43,13 @@ PLANTED_TABLES = ["initial", "transitions", "emissions", "durations"]
 
 def inputs_of(systems):
     """What these systems learn from and listen to."""
-    truth = f"{RESULTS}/corpus/truth"
-    planted = {
-        "planted": [f"{truth}/{name}.parquet" for name in PLANTED_TABLES],
-        "planted_gestures": f"{truth}/gesture_phrases.parquet",
-        "planted_prosody": f"{truth}/prosody_phrases.parquet",
-    }
     return {
         "gestures": training_gestures,
-        "clusters": f"{RESULTS}/phrases/prosody/{MAIN.path}/fold~{{record}}/segments.parquet",
+        "clusters": clusters_of_fold(MAIN),
         "prosody": prosody_of_fold if needed(systems, "prosody") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
-        **(planted if needed(systems, "truth") else {}),
+        # One table represents everything that was planted, as one job writes it all.
+        "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
     }
 
 
@@ -57,8 +58,7 @@ def params_of(systems, apart):
     return {
         "systems": systems,
         "apart": apart,
-        "folder": f"{RESULTS}/synthesis",
-        "variants": {system: variant_of(system) for system in systems},
+        "places": {system: place_of(system) for system in systems},
         "tables": model_tables(systems),
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
         "shared": SHARED_SETTINGS,
@@ -68,7 +68,7 @@ def params_of(systems, apart):
         "shift_s": SYNTHESIS["shift_s"],
         "frame_s": config["speech"]["frame_s"],
         "seed": config["seed"],
-        "methods": code_hash.modules_hash(
+        "method_code": code_hash.modules_hash(
             [name for system in systems for name in (SYSTEMS[system].method, SYSTEMS[system].schemas) if name]
         ),
     }
@@ -80,8 +80,12 @@ rule systems:
     input:
         **inputs_of(TOGETHER),
     output:
-        phrases=[made_by(system, "phrases.parquet") for system in makers(PICTURED, "phrases") if system in TOGETHER],
-        planned=f"{RESULTS}/evaluation/planned/{{record}}.parquet",
+        animated=[
+            made_by(system, "phrases.parquet")
+            for system in makers(ANIMATED_TOGETHER, "phrases")
+            if "motion" in BRINGS
+        ],
+        planned=PLANNED,
     params:
         **params_of(TOGETHER, apart=False),
         actor=actor_of_fold,
@@ -121,12 +125,11 @@ if SWEEP:
             prosody=prosody_of_fold,
             gestures=training_gestures,
         output:
-            **{name: [cluster_tables(setting)[name] for setting in SWEEP] for name in cluster_tables(MAIN)},
+            segments=[clusters_of_fold(setting) for setting in SWEEP],
             planned=f"{RESULTS}/evaluation/swept/{{record}}.parquet",
         params:
             systems=SWEPT,
-            folder=f"{RESULTS}/synthesis",
-            variants=[{system: variant_of(system, setting) for system in SWEPT} for setting in SWEEP],
+            places=[{system: place_of(system, setting) for system in SWEPT} for setting in SWEEP],
             tables=model_tables(SWEPT),
             actor=actor_of_fold,
             records=records_of_fold,
@@ -138,7 +141,7 @@ if SWEEP:
             labels=config["phrases"]["gesture"]["labels"],
             frame_s=config["speech"]["frame_s"],
             seed=config["seed"],
-            methods=code_hash.modules_hash([SYSTEMS[system].method for system in SWEPT]),
+            method_code=code_hash.modules_hash([SYSTEMS[system].method for system in SWEPT]),
         message:
             f"{{wildcards.record}} at {len(SWEEP)} settings: prosody clusters, and phrases by {', '.join(SWEPT)}"
         script:

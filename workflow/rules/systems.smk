@@ -42,13 +42,35 @@ ANIMATED = [name for name in SYSTEMS if name in ANIMATION["systems"] or SYSTEMS[
 ANIMATED_TOGETHER = [name for name in ANIMATED if not CHOSEN.apart(name)]
 ANIMATED_APART = [name for name in ANIMATED if CHOSEN.apart(name)]
 
-# What a video shows next to the original: the systems that the configuration names, and a control. Where one picture
-# is enough, the first of them.
-SHOWN_TOGETHER = ANIMATION["video"]["shown"]
-SHOWN_TOGETHER = [SHOWN_TOGETHER] if isinstance(SHOWN_TOGETHER, str) else SHOWN_TOGETHER
-SHOWN = SHOWN_TOGETHER[0]
-BASELINE = next(name for name in ANIMATED if SYSTEMS[name].role == "control" and SYSTEMS[name].drive == "own")
-COMPARED = [*SHOWN_TOGETHER, BASELINE]
+# Systems of cospeech itself, which cannot fail, followed by those of other packages.
+RELIABLE_FIRST = [*ANIMATED_TOGETHER, *ANIMATED_APART]
 
-# The systems whose phrases pictures show: the first one, what is animated, and the strictest control of what is shown.
-PICTURED = list(dict.fromkeys([next(iter(SYSTEMS)), *ANIMATED, *SYSTEMS[SHOWN].controls[-1:]]))
+# What a video shows next to the original: the systems that the configuration names, as far as they could be loaded,
+# and a control that is not matched to one system, if there is one.
+NAMED = ANIMATION["video"]["shown"]
+NAMED = [name for name in ([NAMED] if isinstance(NAMED, str) else NAMED) if name in SYSTEMS]
+SHOWN_TOGETHER = NAMED or RELIABLE_FIRST[:1]
+CONTROLS = [name for name in RELIABLE_FIRST if SYSTEMS[name].role == "control"]
+BASELINE = next((name for name in CONTROLS if SYSTEMS[name].drive == "own"), CONTROLS[0])
+COMPARED = list(dict.fromkeys([*SHOWN_TOGETHER, BASELINE]))
+
+# Where one picture is enough: the first that is shown and cannot fail, or else the first animated system that cannot.
+SHOWN = [
+    *(name for name in SHOWN_TOGETHER if name in ANIMATED_TOGETHER),
+    *(name for name in ANIMATED_TOGETHER if SYSTEMS[name].role == "system"),
+    *SHOWN_TOGETHER,
+][0]
+
+# The phrases of all systems that share a job. This table is declared as an output of the job, and so are the phrases of
+# the systems that are animated; each declared file adds a tenth to the planning time of a job.
+PLANNED = f"{RESULTS}/evaluation/planned/{{record}}.parquet"
+WRITTEN_WITH = {
+    made_by(system, "phrases.parquet").format(record=record): PLANNED.format(record=record)
+    for system in makers(TOGETHER, "phrases")
+    for record in RECORDS
+}
+
+
+def outputs_for(paths):
+    """The declared outputs of the jobs that write these files, each once."""
+    return list(dict.fromkeys(WRITTEN_WITH.get(path, path) for path in paths))

@@ -1,1 +1,1 @@
-"""Capture: from films of an actor with markers, or from the markers of another system, to joint angles."""
+"""Motion capture: from films of an actor wearing markers, or from another system's markers, to joint angles."""

@@ -1,7 +1,8 @@
-"""How far what capture found lies from what the virtual studio planted: the rows of the table ``capture_scores``.
+"""Capture errors relative to the ground truth of the virtual studio: the rows of the table ``capture_scores``.
 
-A found world stands where the facts of its calibration put it. So the rigid movement to the planted world is taken
-once for a rig, from the laser's spots; it is told by itself, and set aside wherever something in space is compared.
+The estimated world frame is only as accurate as the facts stated for the calibration. The rigid transform to the
+true frame is therefore estimated once per rig, from the laser spots. It is reported on its own and removed before
+anything else is compared in 3D.
 """
 
 from __future__ import annotations
@@ -26,70 +27,72 @@ from cospeech.motion import markers, skeleton
 Rows = list[dict[str, Any]]
 
 VISIBLE = 1 / 3
-"""Share of a marker's disc from which a view counts as showing it."""
+"""Minimum visible fraction of a marker's disc for a view to count as showing it."""
 SWAP_M = 0.03
-"""A seen marker farther than this from its place is taken for something else."""
+"""A detected marker farther than this from its true position is counted as a swap."""
 COLUMNS = ["quantity", "record", "method", "value", "n"]
 
 
-class Movement(NamedTuple):
-    """The rigid movement from the found world to the planted one: turn (3, 3), then shift (3,) in metres."""
+class RigidTransform(NamedTuple):
+    """The rigid transform from the estimated to the true world frame: rotation (3, 3), then translation (3,), m."""
 
-    turn: Floats
-    shift_m: Floats
+    rotation: Floats
+    translation_m: Floats
 
     def points(self, points_m: Floats) -> Floats:
-        """Return points (..., 3) of the found world in the planted one."""
-        return points_m @ self.turn.T + self.shift_m
+        """Return points (..., 3) of the estimated frame in the true one."""
+        return points_m @ self.rotation.T + self.translation_m
 
-    def turns(self, turns: Floats) -> Floats:
-        """Return rotations (..., 3, 3) from the pose at zero in the planted world, in whose axes that pose stands."""
-        return self.turn @ turns @ self.turn.T
+    def rotations(self, rotations: Floats) -> Floats:
+        """Return rotations (..., 3, 3) relative to the zero pose, expressed in the axes of the true frame."""
+        return self.rotation @ rotations @ self.rotation.T
 
 
 def table(rows: Rows) -> pd.DataFrame:
-    """Return the rows as one table; what a row does not say is missing."""
+    """Return the rows as a table; columns that a row does not set are missing values."""
     return pd.DataFrame(rows).reindex(columns=COLUMNS)
 
 
 def rms(values: Floats) -> float:
-    """Return the root mean square of what is not NaN; NaN of nothing."""
+    """Return the root mean square of the values that are not NaN; NaN if there are none."""
     known = values[~np.isnan(values)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
 
-def between_deg(a: Floats, b: Floats) -> Floats:
+def angle_between_deg(a: Floats, b: Floats) -> Floats:
     """Return the angles (T,) between directions (T, 3), degrees."""
     return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))))
 
 
-def apart_deg(a: Floats, b: Floats) -> Floats:
-    """Return the angles (T,) of the rotations that lead from orientations (T, 3, 3) to others, degrees."""
+def rotation_error_deg(a: Floats, b: Floats) -> Floats:
+    """Return the angles (T,) of the rotations between orientations ``a`` and ``b`` (T, 3, 3), degrees."""
     return angles_deg(np.swapaxes(a, 1, 2) @ b)
 
 
-def about_bone_deg(a: Floats, b: Floats) -> Floats:
-    """Return the turns (T,) about a bone, its y axis, that lead from orientations (T, 3, 3) nearest to others."""
-    rest = np.swapaxes(a, 1, 2) @ b
-    return np.asarray(np.degrees(np.arctan2(rest[:, 0, 2] - rest[:, 2, 0], rest[:, 0, 0] + rest[:, 2, 2])))
+def axial_error_deg(a: Floats, b: Floats) -> Floats:
+    """Return the rotations (T,) about the bone (its y axis) that bring ``a`` (T, 3, 3) closest to ``b``, degrees."""
+    between = np.swapaxes(a, 1, 2) @ b
+    return np.asarray(
+        np.degrees(np.arctan2(between[:, 0, 2] - between[:, 2, 0], between[:, 0, 0] + between[:, 2, 2]))
+    )
 
 
 def calibration(
     found: pd.DataFrame, rig: Sequence[Camera], true: Sequence[Camera], spots: pd.DataFrame
-) -> tuple[Movement, Rows]:
-    """Return the movement to the planted world, and the rows of a rig.
+) -> tuple[RigidTransform, Rows]:
+    """Return the transform to the true world frame, and the rows of the rig.
 
     Parameters
     ----------
-    found : the table ``cameras``; ``rig`` are its cameras, ``true`` the planted ones in the same order.
-    spots : the planted table ``laser``.
+    found : the table ``cameras``; ``rig`` holds its cameras and ``true`` the true cameras in the same order.
+    spots : the ground-truth table ``laser``.
     """
     pixels = np.swapaxes(laser.observations(spots, [camera.name for camera in rig])[0], 0, 1)
     pixels = pixels[(~np.isnan(pixels[..., 0])).sum(axis=1) >= 2]
     there, here = (triangulate(cameras, pixels, np.inf)[0] for cameras in (true, rig))
     middle, middle_true = here.mean(axis=0), there.mean(axis=0)
-    turn = world_frame.fit(here, there).rotation
-    movement = Movement(turn, middle_true - turn @ middle)
+    rotation = world_frame.fit(here, there).rotation
+    to_planted = RigidTransform(rotation, middle_true - rotation @ middle)
     focal = np.array([camera.focal_px for camera in rig]) / np.array([camera.focal_px for camera in true])
     weights = found["n_points"].to_numpy(dtype=float)
     values = {
@@ -98,11 +101,11 @@ def calibration(
             np.sqrt(np.average(found["rms_px"].to_numpy() ** 2, weights=weights)),
             int(weights.sum()),
         ),
-        "spots_mm": (1000.0 * rms(np.linalg.norm(movement.points(here) - there, axis=1)), len(here)),
+        "spots_mm": (1000.0 * rms(np.linalg.norm(to_planted.points(here) - there, axis=1)), len(here)),
         "world_shift_mm": (1000.0 * np.linalg.norm(middle_true - middle), len(here)),
-        "world_turn_deg": (angles_deg(turn), len(here)),
+        "world_turn_deg": (angles_deg(rotation), len(here)),
     }
-    return movement, _rows(values)
+    return to_planted, _rows(values)
 
 
 def tracking(
@@ -111,22 +114,22 @@ def tracking(
     true_views: pd.DataFrame,
     true_world: pd.DataFrame,
     cameras: Sequence[Camera],
-    movement: Movement,
+    to_planted: RigidTransform,
 ) -> Rows:
-    """Return the rows of the markers of one record.
+    """Return the rows for the markers of one record.
 
     Parameters
     ----------
     views, world : the tables ``markers_2d`` and ``markers_3d``.
-    true_views, true_world : the planted ones, with the pixels of a disc that show.
-    cameras : the planted cameras.
+    true_views, true_world : their ground truth, including how many pixels of each disc are visible.
+    cameras : the true cameras.
     """
     both = views.merge(true_views, on=["frame", "camera", "marker"], suffixes=("", "_true"))
     seen_views = both["status"].isin(trajectories.SEEN).to_numpy()
     off_px = np.linalg.norm(both[["x_px", "y_px"]].to_numpy() - both[["x_px_true", "y_px_true"]].to_numpy(), axis=1)
 
     there = trajectories.to_array(true_world, markers.NAMES)
-    here = movement.points(trajectories.to_array(world, markers.NAMES))
+    here = to_planted.points(trajectories.to_array(world, markers.NAMES))
     status = _status(world)
     seen, lost = np.isin(status, trajectories.SEEN), status == "lost"
     off = np.linalg.norm(here - there, axis=2)
@@ -145,7 +148,7 @@ def tracking(
 
 
 def _visible(true_views: pd.DataFrame, places_m: Floats, cameras: Sequence[Camera]) -> npt.NDArray[np.bool_]:
-    """Return which markers (T, M) show a third of their disc or more in two views or more."""
+    """Return which markers (T, M) show at least a third of their disc in at least two views."""
     shown = np.zeros(places_m.shape[:2], dtype=int)
     index = {name: number for number, name in enumerate(markers.NAMES)}
     for camera in cameras:
@@ -164,19 +167,19 @@ def angles(
     true_motion: pd.DataFrame,
     true_world: pd.DataFrame,
     model: BodyModel,
-    movement: Movement,
+    to_planted: RigidTransform,
 ) -> Rows:
-    """Return the rows of the joint angles of one record, in frames in which their markers are seen.
+    """Return the rows for the joint angles of one record, over frames in which the necessary markers are detected.
 
-    Both arms are taken together.
+    Both arms are pooled.
 
     Parameters
     ----------
     motion, world : the motion table and the table ``markers_3d`` that it was fitted to.
-    true_motion, true_world : the planted ones, of as many frames.
-    model : the body that the motion was fitted with; it says where the hand's marker sits on the forearm.
+    true_motion, true_world : their ground truth, with the same number of frames.
+    model : the body model that the motion was fitted with; it gives the hand marker's position on the forearm.
     """
-    turned = movement.turns(_chain(motion)[0])
+    turned = to_planted.rotations(_chain(motion)[0])
     true, true_places = _chain(true_motion)
     there = trajectories.to_array(true_world, markers.NAMES)
     known = np.isin(_status(world), trajectories.SEEN)
@@ -184,23 +187,23 @@ def angles(
     for side in ("left", "right"):
         upper, fore = (skeleton.JOINTS.index(f"{side}_{part}") for part in ("arm", "forearm"))
         elbow, hand = (markers.NAMES.index(f"{side}_{part}") for part in ("elbow", "hand"))
-        direction = between_deg(turned[:, upper, :, 1], true[:, upper, :, 1])
-        to_hand = turned[:, fore] @ movement.turn @ model.marker_places_m[hand]
-        line = between_deg(to_hand, there[:, hand] - true_places[:, fore])
+        direction = angle_between_deg(turned[:, upper, :, 1], true[:, upper, :, 1])
+        to_hand = turned[:, fore] @ to_planted.rotation @ model.marker_places_m[hand]
+        line = angle_between_deg(to_hand, there[:, hand] - true_places[:, fore])
         bent = true_motion[f"{side}_forearm_x_deg"].to_numpy() < -BENT_DEG
-        told = known[:, elbow] & known[:, hand]
-        off["upper_arm_deg"].append(direction[told])
-        off["elbow_hand_deg"].append(line[told])
-        off["axial_deg"].append(about_bone_deg(true[told & bent, upper], turned[told & bent, upper]))
+        measured = known[:, elbow] & known[:, hand]
+        off["upper_arm_deg"].append(direction[measured])
+        off["elbow_hand_deg"].append(line[measured])
+        off["axial_deg"].append(axial_error_deg(true[measured & bent, upper], turned[measured & bent, upper]))
     found = {
-        f"{name}_deg": apart_deg(true[:, joint], turned[:, joint])
+        f"{name}_deg": rotation_error_deg(true[:, joint], turned[:, joint])
         for name, joint in (("thorax", skeleton.JOINTS.index("chest")), ("head", skeleton.JOINTS.index("head")))
     } | {quantity: np.concatenate(sides) for quantity, sides in off.items()}
     return _rows({quantity: (rms(values), len(values)) for quantity, values in found.items()})
 
 
 def _status(world: pd.DataFrame) -> npt.NDArray[np.object_]:
-    """Return how each marker's place (T, M) came to be."""
+    """Return the status (T, M) of each marker position."""
     table = world.set_index(["frame", "marker"])["status"].unstack()  # noqa: PD010
     return table[list(markers.NAMES)].to_numpy(dtype=object)
 

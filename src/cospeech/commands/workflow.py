@@ -9,8 +9,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from cospeech.data import project
 from cospeech.errors import UserError
-from cospeech.workflow import project
 
 if TYPE_CHECKING:
     from cospeech.commands.parser import Parser

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from cospeech.data.segments import Spans
 from cospeech.errors import UserError
 from cospeech.formats import elan, textgrid
 
@@ -24,8 +25,6 @@ ROUNDING_S = 0.0005 + 1e-9
 """Largest change of a time when rounded to milliseconds, the resolution of ELAN."""
 
 CSV_COLUMNS = ("start_s", "end_s", "gesture")
-
-Spans = list[tuple[float, float, str]]
 
 
 def read(path: str | Path, record: str, duration_s: float, labels: list[str]) -> pd.DataFrame:

@@ -1,1 +1,1 @@
-"""Tables, segments and the other data that every room uses."""
+"""Tables, segments, trajectories, random numbers and names: the data that all parts of the package share."""

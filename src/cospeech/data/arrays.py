@@ -1,4 +1,4 @@
-"""Array types that annotations name; shapes and units stand in the docstrings."""
+"""Array types for annotations; shapes and units are given in docstrings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Flags = npt.NDArray[np.bool_]
 Labels = npt.NDArray[Any]
 
 Image = npt.NDArray[np.uint8]
-"""A colour picture, (height, width, 3)."""
+"""A colour image, (height, width, 3)."""
 
 Plane = npt.NDArray[np.uint8]
-"""One channel of a picture, (height, width)."""
+"""One channel of an image, (height, width)."""

@@ -1,7 +1,7 @@
-"""Frames, seconds, labels and boundaries: the arithmetic of label streams.
+"""Segment tables: labelled intervals of a record in frames and seconds, and their conversion to label sequences.
 
-A segment is half-open, [start, end). Frame k of a stream with rate f covers [k / f, (k + 1) / f) and its centre is
-(k + 0.5) / f. Two neighbouring segments may carry one label and are still two phrases.
+A segment is half-open, [start, end). Frame k of a sequence with rate f covers [k / f, (k + 1) / f), and its centre is
+(k + 0.5) / f. Neighbouring segments may have the same label and still be two segments.
 """
 
 from __future__ import annotations
@@ -12,24 +12,25 @@ import pandas as pd
 
 from cospeech.data.arrays import Labels
 from cospeech.data.vocabulary import GESTURES as GESTURES
-from cospeech.data.vocabulary import prosody_labels as prosody_labels
 from cospeech.errors import UserError
 
-Frames = npt.NDArray[np.int64]
+Spans = list[tuple[float, float, str]]
+"""Labelled intervals as other programs exchange them: start and end in seconds, label."""
 
 
 def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
-    """Return the centres of the frames in seconds, shape (n_frames,)."""
+    """Return the centres of the frames in seconds, (n_frames,)."""
     return np.asarray((np.arange(n_frames) + 0.5) / fps, dtype=np.float64)
 
 
 def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float) -> pd.DataFrame:
-    """Return the segment table of phrases that begin at frames ``starts`` and end where the next begins.
+    """Return the table of segments that begin at frames ``starts``, each of which ends where the next one begins.
 
     Parameters
     ----------
-    starts : (L,) increasing first frames, the first of them 0.
-    labels : (L,) one label a segment.
+    starts : (L,) first frames in ascending order, beginning with 0.
+    labels : (L,) label of each segment.
+    n_frames : the end of the last segment.
     """
     first = np.asarray(starts, dtype=np.int64)
     end = np.append(first[1:], n_frames)
@@ -47,10 +48,12 @@ def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_fra
 
 
 def from_labels(record: str, labels: npt.ArrayLike, fps: float, begins: npt.ArrayLike | None = None) -> pd.DataFrame:
-    """Return the segment table of a frame label sequence, shape (T,).
+    """Return the segment table of a sequence of frame labels.
 
-    A segment begins where the label changes and, with ``begins`` (T,) of bool, also where that is true, so that
-    equal neighbours stay two phrases.
+    Parameters
+    ----------
+    labels : (T,) label of every frame. A segment begins where the label changes.
+    begins : (T,) of bool; a segment also begins where it is true, so that neighbours with the same label stay apart.
     """
     stream = np.asarray(labels)
     change = np.ones(len(stream), dtype=bool)
@@ -62,22 +65,22 @@ def from_labels(record: str, labels: npt.ArrayLike, fps: float, begins: npt.Arra
 
 
 def to_labels(table: pd.DataFrame, n_frames: int | None = None) -> Labels:
-    """Return the label of every frame, shape (n_frames,), of a segment table that covers them without a gap."""
+    """Return the label of every frame, (n_frames,), of a segment table without gaps; by default of all its frames."""
     lengths = (table["end_frame"] - table["start_frame"]).to_numpy()
     labels = np.repeat(table["label"].to_numpy(dtype=object), lengths)
     return labels if n_frames is None else labels[:n_frames]
 
 
 def at_times(table: pd.DataFrame, times_s: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    """Return the row of the segment that holds each time, shape (n,); times beyond the ends take the nearest."""
+    """Return the row of the segment that contains each time, (n,); times outside the table belong to the nearest."""
     row = np.searchsorted(table["start_s"].to_numpy(), np.asarray(times_s), side="right") - 1
     return np.clip(row, 0, len(table) - 1).astype(np.int64)
 
 
 def resample(table: pd.DataFrame, n_frames: int, fps: float) -> pd.DataFrame:
-    """Return the segments on another frame grid, by time: frame k belongs to the segment that holds its centre.
+    """Return the segments on another frame grid: a frame belongs to the segment that contains its centre.
 
-    Equal neighbours stay apart; a segment too short to hold a frame's centre vanishes.
+    Neighbours with the same label stay apart. Segments that are too short to contain a frame centre are dropped.
     """
     rows = at_times(table, frame_times(n_frames, fps))
     starts = np.flatnonzero(np.append(True, rows[1:] != rows[:-1]))
@@ -86,7 +89,7 @@ def resample(table: pd.DataFrame, n_frames: int, fps: float) -> pd.DataFrame:
 
 
 def check(table: pd.DataFrame, where: str) -> None:
-    """Raise UserError unless the segments of one record start at 0 and follow one another without gap or overlap."""
+    """Raise UserError unless the segments of a record start at frame 0 and have no gaps and no overlaps."""
     start, end = table["start_frame"].to_numpy(), table["end_frame"].to_numpy()
     if len(table) == 0:
         raise UserError(f"{where}: holds no segment")

@@ -1,14 +1,15 @@
-"""Read, validate and write one artifact: a Parquet file that obeys its schema in ``data_schema/``.
+"""Read, validate and write tables: Parquet files that follow a schema in ``data_schema/``.
 
-Every file carries the name and version of its schema, the corpus it speaks about and the hash of the settings
-that made it. Pages are checksummed when written and verified when read, and a file appears under its name only
-when it is whole.
+The metadata of a file give its schema and version, the corpus, and the hash of the settings that it was made with.
+Checksums are written with the content and verified when it is read. Files are written atomically: a file is complete
+or does not exist.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import os
 import re
 import tempfile
@@ -24,8 +25,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from cospeech.data import project
 from cospeech.errors import UserError
-from cospeech.workflow import project
 
 ARROW_TYPES = {
     "string": pa.string(),
@@ -38,7 +39,7 @@ ARROW_TYPES = {
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a schema: its type, unit, meaning and the values it may take."""
+    """One column of a schema: type, unit, meaning and permitted values."""
 
     name: str
     type: str
@@ -52,10 +53,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Schema:
-    """The contract of one table.
+    """The schema of one kind of table.
 
-    ``pattern`` is a regular expression with its own column description: columns that match it may follow the
-    named ones (the joint angles of a motion table). ``key`` names the columns that identify a row.
+    Attributes
+    ----------
+    columns : the columns that every table has.
+    key : names of the columns that identify a row.
+    pattern : describes further columns whose names match its own name, a regular expression, such as the joint
+        angles of a motion table.
     """
 
     name: str
@@ -66,7 +71,7 @@ class Schema:
     pattern: Column | None = None
 
     def column(self, name: str) -> Column | None:
-        """Return the description of column ``name``, or None where the schema does not know it."""
+        """Return the description of column ``name``, or None if the schema has no such column."""
         for column in self.columns:
             if column.name == name:
                 return column
@@ -82,20 +87,44 @@ def schema_folder() -> Path:
 
 @functools.cache
 def schema(name: str) -> Schema:
-    """Return the schema called ``name``."""
-    path = schema_folder() / f"{name}.yaml"
+    """Return the schema called ``name``.
+
+    ``<package>:<name>`` is the schema of a third-party package, the file ``<name>.yaml`` in the folder of the package;
+    where the package has no such file, it is the schema ``<name>`` of cospeech.
+
+    Raises
+    ------
+    KeyError : if there is no such schema.
+    UserError : if the package is not installed.
+    """
+    package, _, own = name.rpartition(":")
+    path = schema_folder() / f"{own}.yaml"
+    if package and (_package_folder(package, name) / f"{own}.yaml").is_file():
+        path = _package_folder(package, name) / f"{own}.yaml"
+    else:
+        name = own
     if not path.is_file():
         raise KeyError(f"no schema {path.name} in {path.parent.name}/")
     raw = yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     pattern = raw.get("pattern")
     return Schema(
-        name=raw["name"],
+        name=name,
         version=raw["version"],
         title=raw["title"],
         columns=tuple(_column(key, value) for key, value in raw["columns"].items()),
         key=tuple(raw.get("key", ())),
         pattern=_column(pattern["name"], pattern) if pattern else None,
     )
+
+
+def _package_folder(package: str, schema_name: str) -> Path:
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        spec = None
+    if spec is None or not spec.submodule_search_locations:
+        raise UserError(f"schema '{schema_name}': no package '{package}' is installed; install it")
+    return Path(next(iter(spec.submodule_search_locations)))
 
 
 def _column(name: str, raw: dict[str, Any]) -> Column:
@@ -111,8 +140,13 @@ def _column(name: str, raw: dict[str, Any]) -> Column:
     )
 
 
+def empty(schema_name: str) -> pd.DataFrame:
+    """Return a table of the schema without a row."""
+    return pd.DataFrame({column.name: [] for column in schema(schema_name).columns})
+
+
 def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
-    """Raise UserError at the first thing in ``frame`` that the schema forbids; ``where`` names its origin."""
+    """Raise UserError at the first violation of the schema in ``frame``; ``where`` is the origin for the message."""
     table = schema(schema_name)
     for column in table.columns:
         if column.name not in frame.columns:
@@ -124,7 +158,7 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
         description = table.column(str(name))
         if description is None:
             raise UserError(
-                f"{where}: unknown column '{name}' (wrong unit or name?); see data_schema/{table.name}.yaml"
+                f"{where}: unknown column '{name}' (wrong unit or name?); see the schema {table.name}.yaml"
             )
         _check_values(values, description, f"{where}: column '{name}'")
     if table.key and frame.duplicated(list(table.key)).any():
@@ -133,7 +167,7 @@ def validate(frame: pd.DataFrame, schema_name: str, where: str) -> None:
 
 
 def _check_values(values: pd.Series, column: Column, where: str) -> None:
-    missing = np.asarray(values.array.isna())  # most tables are small: the Series around it would cost more
+    missing = np.asarray(values.array.isna())  # cheaper than by way of a Series, and most tables are small
     if missing.any() and not column.nullable:
         raise UserError(f"{where}: row {int(np.flatnonzero(missing)[0])} is missing; this column allows no gaps")
     present = values[~missing] if missing.any() else values
@@ -162,19 +196,19 @@ def _check_values(values: pd.Series, column: Column, where: str) -> None:
 
 
 def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: str, config_hash: str) -> None:
-    """Validate ``frame`` and write it to ``path``, all or nothing.
+    """Validate ``frame`` and write it to ``path`` atomically.
 
     Parameters
     ----------
-    frame : the table; columns are put in the order of the schema.
-    path : where the artifact appears once it is whole.
+    frame : the table; its columns are written in the order of the schema.
+    path : file to write.
     schema_name : name of the schema in ``data_schema/``.
-    corpus : ``virtual`` for the studio, else the name of the recorded corpus.
-    config_hash : hash of the settings that made the table.
+    corpus : ``virtual`` for the studio, otherwise the name of the recorded corpus.
+    config_hash : hash of the settings that the table was made with.
 
     Raises
     ------
-    UserError : where the frame breaks its schema, or the disk is full.
+    UserError : if the table violates its schema, or the disk is full.
     """
     validate(frame, schema_name, str(path))
     table = schema(schema_name)
@@ -196,31 +230,34 @@ def write(frame: pd.DataFrame, path: str | Path, schema_name: str, *, corpus: st
 
 @functools.cache
 def _field(table: Schema, name: str) -> pa.Field:
-    """Return a column of the schema as Arrow describes it, its unit included."""
+    """Return the Arrow field of a column, with its unit as metadata."""
     column = table.column(name)
-    assert column is not None  # validate() saw to it
+    assert column is not None  # ensured by validate()
     unit = {b"unit": column.unit.encode()} if column.unit else None
     return pa.field(name, ARROW_TYPES[column.type], column.nullable, metadata=unit)
 
 
 def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -> pd.DataFrame:
-    """Read the artifact at ``path`` and hold it against its schema.
+    """Read the table at ``path`` and validate it.
 
     Returns
     -------
-    The table, or its ``columns`` only; strings as pandas ``str``, nulls as NaN.
+    The table, or only its ``columns``; strings as pandas ``str``, nulls as NaN.
 
     Raises
     ------
-    UserError : where the file is missing, damaged (page checksum), of another schema or version, or breaks it.
+    UserError : if the file is missing or damaged, has another schema or version, or violates its schema.
     """
     arrow = _read_arrow(path)
     found = _metadata(arrow)
-    table = schema(schema_name)
+    try:
+        table = schema(schema_name)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     if found.get("schema") != table.name or found.get("schema_version") != str(table.version):
         raise UserError(
             f"{path}: holds schema '{found.get('schema')}' version {found.get('schema_version')}, expected "
-            f"'{table.name}' version {table.version}; delete the file and run again, or write it anew"
+            f"'{table.name}' version {table.version}; delete the file and run again, or write it again"
         )
     for field in arrow.schema:
         column = table.column(field.name)
@@ -228,19 +265,17 @@ def read(path: str | Path, schema_name: str, columns: list[str] | None = None) -
         if column is not None and unit != column.unit:
             raise UserError(
                 f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; "
-                "convert it and write it anew"
+                "convert it and write it again"
             )
     if found.pop("content", None) != _digest(arrow, found):
-        raise UserError(
-            f"{path}: damaged (its content is not what was written); delete it and run again to make it anew"
-        )
+        raise UserError(f"{path}: damaged (its content differs from what was written); delete it and run again")
     frame = arrow.to_pandas()
     validate(frame, schema_name, str(path))
     return frame if columns is None else frame[columns]
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
-    """Return what the artifact at ``path`` says of itself: schema, schema_version, corpus, config_hash."""
+    """Return the metadata of the table at ``path``: schema, schema_version, corpus, config_hash."""
     found = _metadata(_read_arrow(path))
     found.pop("content", None)
     return found
@@ -252,11 +287,11 @@ def _metadata(arrow: pa.Table) -> dict[str, str]:
 
 
 def _digest(arrow: pa.Table, metadata: dict[str, str]) -> str:
-    """Return the hash of all values and of ``metadata``: Parquet's own checksums leave out the file's footer."""
+    """Return the hash of all values and of ``metadata``; the checksums of Parquet do not cover the file's footer."""
     digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
     for name, column in zip(arrow.column_names, arrow.columns, strict=True):
         digest.update(name.encode(errors="replace"))
-        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # arrays of objects where null
+        if pa.types.is_string(column.type) or pa.types.is_boolean(column.type):  # objects where null
             digest.update(repr(column.to_pylist()).encode())
         else:
             digest.update(column.to_numpy().tobytes())
@@ -268,24 +303,22 @@ def _read_arrow(path: str | Path) -> pa.Table:
         raise UserError(f"{path}: no such file; run the workflow for it first")
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            return file.read(use_threads=False)  # jobs share the cores, and small tables are not worth a thread
+            return file.read(use_threads=False)  # jobs share the cores, and most tables are small
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = str(error).splitlines()[0]
-        raise UserError(
-            f"{path}: damaged or no Parquet file ({reason}); delete it and run again to make it anew"
-        ) from error
+        raise UserError(f"{path}: damaged or not a Parquet file ({reason}); delete it and run again") from error
 
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside ``path`` to write to; put it in place, synced to disk, when all went well.
+    """Provide a temporary path next to ``path`` to write to, and move it to ``path`` when the block succeeds.
 
-    A process that dies in between leaves the old file, or none, and never half of one. The temporary name keeps
-    the suffix of ``path``, as libraries choose formats by it.
+    If the process dies before that, the old file remains, or none, but never a part of the new one. The temporary
+    name has the suffix of ``path``, because some libraries derive the format from it.
 
     Raises
     ------
-    UserError : where the disk is full.
+    UserError : if the disk is full.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -301,7 +334,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     except OSError as error:
         if error.errno in (28, 122):  # ENOSPC, EDQUOT
             raise UserError(
-                f"{path}: the disk is full; free some space and run again (nothing was half written)"
+                f"{path}: the disk is full; free some space and run again (no partial file is left)"
             ) from error
         raise
     finally:

@@ -1,4 +1,4 @@
-"""Markers in the world as an array, (T, M, 3) with NaN where a marker is lost, and as a ``markers_3d`` table."""
+"""Marker positions as an array (T, M, 3), with NaN where a marker is lost, and as a ``markers_3d`` table."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cospeech.data.segments import frame_times
 AXES = ["x_m", "y_m", "z_m"]
 
 SEEN = ("seen", "corrected")
-"""How a place came to be that was measured, not predicted."""
+"""The statuses of positions that were measured and not predicted."""
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-"""Metres in the units that marker files name."""
+"""The units of marker files in metres."""
 
 
 class Trajectories(NamedTuple):
-    """Markers as a file holds them: names (M,), places (T, M, 3) in metres, NaN where lost, and frames a second."""
+    """Markers of a file: names (M,), positions (T, M, 3) in metres, NaN where lost, and frames per second."""
 
     names: tuple[str, ...]
     places_m: Floats
@@ -29,19 +29,19 @@ class Trajectories(NamedTuple):
 
 
 def without_zeros(places_m: Floats) -> Floats:
-    """Return places (T, M, 3) with NaN for what is lost: a coordinate missing, or all three exactly zero."""
+    """Return positions (T, M, 3) with NaN where a marker is lost: a coordinate is NaN, or all three are zero."""
     lost = np.any(np.isnan(places_m), axis=2) | np.all(places_m == 0.0, axis=2)
     return np.where(lost[:, :, None], np.nan, places_m)
 
 
 def frame_rate(table: pd.DataFrame) -> float:
-    """Return the frames a second of a ``markers_3d`` table, from its first row."""
+    """Return the frame rate of a ``markers_3d`` table in frames per second, from its first row."""
     frame, time_s = table[["frame", "time_s"]].iloc[0].to_numpy(dtype=float)
     return round((frame + 0.5) / time_s, 6)
 
 
 def to_array(table: pd.DataFrame, names: Sequence[str]) -> Floats:
-    """Return the places (T, M, 3) in metres of the markers ``names``, NaN where a table has no row or no place."""
+    """Return the positions (T, M, 3) of the markers ``names`` in metres, NaN where the table has none."""
     known = table[table["marker"].isin(list(names))]
     places = np.full((int(table["frame"].max()) + 1, len(names), 3), np.nan)
     which = known["marker"].map({name: index for index, name in enumerate(names)}).to_numpy(dtype=int)
@@ -55,7 +55,7 @@ def from_table(table: pd.DataFrame, names: Sequence[str]) -> Trajectories:
 
 
 def to_table(places_m: Floats, names: Sequence[str], fps: float) -> pd.DataFrame:
-    """Return the ``markers_3d`` table of places (T, M, 3) in metres that another system measured; NaN is lost."""
+    """Return the ``markers_3d`` table of positions (T, M, 3) in metres from another system, NaN where lost."""
     n_frames, n_markers = places_m.shape[:2]
     flat = places_m.reshape(-1, 3)
     lost = np.any(np.isnan(flat), axis=1)

@@ -74,6 +74,8 @@ def statistics(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Compare the motion of each system with the original motion.
 
+    A system that made no motion of one record (it failed) is left out altogether, as in the scores.
+
     Parameters
     ----------
     motions : motion tables by (system, record); the original motion is the system ``original``.
@@ -93,6 +95,8 @@ def statistics(
     ------
     UserError : if the motions differ in frame rate, because their accelerations would not be comparable.
     """
+    failed = {system for (system, _), table in motions.items() if table.empty}
+    motions = {key: table for key, table in motions.items() if key[0] not in failed}
     _check_rates(motions)
     measured = {key: magnitudes(table) for key, table in motions.items()}
     fps = skeleton.frame_rate(next(iter(motions.values())))

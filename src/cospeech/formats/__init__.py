@@ -1,1 +1,1 @@
-"""Foreign file formats, read and written."""
+"""Reading and writing the file formats of other programs."""

@@ -1,9 +1,9 @@
-"""BVH files: the body's motion as every animation program reads it.
+"""BVH files, the motion format that animation programs have in common.
 
-We write metres, y up, and our own order of rotations; the root's offset is zero and its channels say where the
-hips are, so that programs agree that add the offset to the channels and programs that do not. We read any hierarchy
-with one root, whatever the order of its channels; unit and up axis are nowhere in the format and are the reader's to
-declare.
+We write metres, y up, and the rotation order of our skeleton. The offset of the root is zero and its channels hold
+the position of the hips, so that programs that add the offset to the channels agree with those that do not. We read
+any hierarchy with one root and any order of channels. The format does not state unit and up axis: the user declares
+them.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from cospeech.geometry import rotation
 from cospeech.motion import skeleton
 
 SNAP = 1e-4
-"""A frame time this near to 1/N (relative) is a truncated 1/N, as in the common 0.033333."""
+"""A frame time within this relative distance of 1/N is a rounded 1/N, such as the common 0.033333."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """Motion of a skeleton that need not be ours, in its own unit and axes.
+    """Motion of any skeleton, in its own unit and axes.
 
     Attributes
     ----------
     names : (J,) joints, parents first.
-    parents : (J,) index of each joint's parent, -1 for the root.
-    rotations : (T, J, 3, 3) of each joint in its parent's frame.
-    places : (T, 3) place in its parent's frame of each joint that moves there, by index; of the root at least.
-    fps : frames a second.
-    offsets : (J, 3) place of each joint in its parent's frame at zero angles, or None where unknown.
-    tips : the ends of the bones without a further joint, by the index of their joint.
+    parents : (J,) index of the parent of each joint, -1 for the root.
+    rotations : (T, J, 3, 3) rotation of each joint in the frame of its parent.
+    places : by index of a joint, its positions (T, 3) in the frame of its parent; the root and all joints that move.
+    fps : frames per second.
+    offsets : (J, 3) position of each joint in the frame of its parent at zero angles, or None if unknown.
+    tips : by index of a joint, the end (3,) of a bone that has no further joint.
     """
 
     names: tuple[str, ...]
@@ -48,15 +48,18 @@ class Clip:
     tips: dict[int, Floats] = field(default_factory=dict)
 
 
-def write(motion: pd.DataFrame, path: str | Path) -> None:
-    """Write a motion table as BVH: the joints and offsets of ``skeleton.BODY``, metres, y up, order XZY."""
-    fps = skeleton.frame_rate(motion)
+def write(motion: pd.DataFrame, path: str | Path, fps: float | None = None) -> None:
+    """Write a motion table as BVH: the joints and offsets of ``skeleton.BODY``, metres, y up, order XZY.
+
+    ``fps`` is the frame rate; by default it is read from the motion, which must then have a frame.
+    """
+    fps = skeleton.frame_rate(motion) if fps is None else fps
     hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float) + skeleton.OFFSET_M["hips"]
     order: list[str] = []
     hierarchy = _block("hips", 0, order)
     joints = [skeleton.JOINTS.index(name) for name in order]
-    turns = skeleton.angles(motion)[:, joints][:, :, [0, 2, 1]]  # the channels' order: X, Z, Y
-    values = np.column_stack([hips, turns.reshape(len(motion), -1)])
+    turns = skeleton.angles(motion)[:, joints][:, :, [0, 2, 1]]  # the order of the channels: X, Z, Y
+    values = np.column_stack([hips, turns.reshape(len(motion), 3 * len(order))])
     values = np.round(values, 6) + 0.0  # no "-0.000000"
     with tables.replacing(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(["HIERARCHY", *hierarchy, "MOTION", f"Frames: {len(values)}"]))
@@ -65,7 +68,7 @@ def write(motion: pd.DataFrame, path: str | Path) -> None:
 
 
 def _block(name: str, depth: int, order: list[str]) -> list[str]:
-    """Return the lines of joint ``name`` and all below it; ``order`` collects the joints in file order."""
+    """Return the lines of joint ``name`` and its descendants; append the joints to ``order`` as in the file."""
     order.append(name)
     pad, inner = "  " * depth, "  " * (depth + 1)
     is_root = skeleton.PARENT[name] is None
@@ -90,12 +93,12 @@ def _offset(offset: Floats) -> str:
 def read(path: str | Path) -> Clip:
     """Read a BVH file.
 
-    Rotation orders are taken from each joint's CHANNELS line. Positions are those of the channels where a joint has
-    them, and offsets elsewhere.
+    The rotation order of each joint is that of its CHANNELS line. Joints without position channels are at their
+    offsets.
 
     Raises
     ------
-    UserError : missing, empty, truncated or malformed file, with the line where it is known.
+    UserError : if the file is missing, empty, truncated or malformed; with the line number if it is known.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
@@ -103,10 +106,10 @@ def read(path: str | Path) -> Clip:
         raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
     lines = text.splitlines()
     if not text.strip() or text.split(maxsplit=1)[0] != "HIERARCHY":
-        raise UserError(f"{path}: is no BVH file (it does not begin with HIERARCHY); name a BVH file")
+        raise UserError(f"{path}: is not a BVH file (it does not begin with HIERARCHY); name a BVH file")
     part = next((number for number, line in enumerate(lines) if line.split() == ["MOTION"]), None)
     if part is None:
-        raise UserError(f"{path}: has no MOTION part; the file is cut off: copy or export it again")
+        raise UserError(f"{path}: has no MOTION section; the file is truncated: copy or export it again")
     tree = _Tree(str(path))
     for number, line in enumerate(lines[:part], start=1):
         tree.take(line, number)
@@ -116,7 +119,7 @@ def read(path: str | Path) -> Clip:
 
 
 class _Tree:
-    """The hierarchy while its lines are read: joints, offsets, and the joint of each channel."""
+    """The hierarchy as its lines are read: joints, offsets, and the joint of each channel."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -130,7 +133,7 @@ class _Tree:
         self.in_tip = False
 
     def take(self, line: str, number: int) -> None:
-        """Take in one line."""
+        """Process one line."""
         words = line.split()
         place = f"{self.where}: line {number}"
         match words:
@@ -141,7 +144,7 @@ class _Tree:
                     raise UserError(f"{place}: {kind} is out of place; a skeleton has one ROOT")
                 name = " ".join(words[1:])
                 if name in self.names:
-                    raise UserError(f"{place}: a second joint is called '{name}'; give each its own name")
+                    raise UserError(f"{place}: a second joint is called '{name}'; give each joint its own name")
                 self.announced = len(self.names)
                 self.names.append(name)
                 self.parents.append(self.open[-1] if self.open else -1)
@@ -159,7 +162,7 @@ class _Tree:
                 elif self.open:
                     self.open.pop()
                 else:
-                    raise UserError(f"{place}: a brace closes that never opened; export the file again")
+                    raise UserError(f"{place}: a closing brace has no opening one; export the file again")
             case ["OFFSET", *numbers] if self.open:
                 (self.tips if self.in_tip else self.offsets)[self.open[-1]] = _triple(numbers, place)
             case ["CHANNELS", count, *channels] if self.open and not self.in_tip:
@@ -169,19 +172,21 @@ class _Tree:
 
     def _declare(self, count: str, channels: list[str], place: str) -> None:
         if count != str(len(channels)):
-            raise UserError(f"{place}: CHANNELS says {count[:20]} and names {len(channels)}; export it again")
+            raise UserError(
+                f"{place}: CHANNELS announces {count[:20]} and names {len(channels)}; export the file again"
+            )
         if any(joint == self.open[-1] for joint, _ in self.channels):
             raise UserError(f"{place}: a second CHANNELS of '{self.names[self.open[-1]]}'; export the file again")
         known = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
         lower = [channel.lower() for channel in channels]
         if not set(lower) <= known or len(set(lower)) < len(lower):
-            raise UserError(f"{place}: '{' '.join(channels)[:60]}' are no BVH channels; export it again")
+            raise UserError(f"{place}: '{' '.join(channels)[:60]}' are not BVH channels; export the file again")
         self.channels += [(self.open[-1], channel) for channel in lower]
 
     def close(self) -> None:
-        """Check that the hierarchy is whole."""
+        """Check that the hierarchy is complete."""
         if self.open or not self.names or len(self.offsets) < len(self.names):
-            raise UserError(f"{self.where}: the hierarchy is cut off; copy or export the file again")
+            raise UserError(f"{self.where}: the hierarchy is truncated; copy or export the file again")
 
 
 def _triple(numbers: list[str], place: str) -> Floats:
@@ -205,19 +210,19 @@ def _motion(lines: list[str], n_channels: int, where: str) -> tuple[Floats, floa
     except (IndexError, ValueError):
         raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; export it again") from None
     if not 0.001 <= frame_s <= 1.0:
-        raise UserError(f"{where}: a frame time of {frame_s} s; BVH wants seconds a frame, such as 0.05")
+        raise UserError(f"{where}: a frame time of {frame_s} s; BVH needs seconds per frame, such as 0.05")
     rows = [line.split() for line in filled[2:]]
     if len(rows) != n_frames or n_frames == 0:
         raise UserError(
-            f"{where}: announces {n_frames} frames and holds {len(rows)}: empty or cut off; copy it again"
+            f"{where}: announces {n_frames} frames and holds {len(rows)}: empty or truncated; copy it again"
         )
     for frame, row in enumerate(rows):
         if len(row) != n_channels:
-            raise UserError(f"{where}: frame {frame} has {len(row)} values of {n_channels}; copy it again")
+            raise UserError(f"{where}: frame {frame} has {len(row)} of {n_channels} values; copy the file again")
     try:
         values = np.array(rows, dtype=float)
     except ValueError as error:
-        raise UserError(f"{where}: motion holds no number ({str(error)[:60]}); export it again") from None
+        raise UserError(f"{where}: the motion has values that are not numbers ({str(error)[:60]})") from None
     rate = round(1 / frame_s)
     return values, float(rate) if abs(rate * frame_s - 1) < SNAP else 1 / frame_s
 

@@ -1,4 +1,4 @@
-"""Pictures as arrays: letters and colours laid on them, and how they become files."""
+"""Text and colours on images that are arrays, and PNG files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FAINT: Colour = (128, 133, 142)
 
 @functools.cache
 def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return DejaVu Sans at ``size`` pixels, out of matplotlib's package (which is not imported for it)."""
+    """Return DejaVu Sans at ``size`` pixels, from the files of matplotlib, which is not imported for it."""
     found = importlib.util.find_spec("matplotlib")
     assert found is not None
     assert found.origin is not None
@@ -33,7 +33,7 @@ def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
 
 @functools.cache
 def lettering(text: str, size: int, bold: bool = False) -> Opacity:
-    """Return how much ink ``text`` puts on each pixel (h, w) in [0, 1]; h is the same for every text of a size."""
+    """Return the opacity of ``text`` in each pixel, (h, w) in [0, 1]; h depends on the font size alone."""
     face = font(size, bold)
     ascent, descent = face.getmetrics()
     plate = Pillow.new("L", (max(1, round(face.getlength(text)) + 1), ascent + descent))
@@ -42,7 +42,7 @@ def lettering(text: str, size: int, bold: bool = False) -> Opacity:
 
 
 def lay(image: Image, top: int, left: int, colours: Image | Colour, opacity: Opacity) -> None:
-    """Lay colours (h, w, 3), or one colour, with an opacity (h, w) on ``image`` in place; what sticks out is cut."""
+    """Blend colours (h, w, 3), or one colour, with an opacity (h, w) into ``image``; what is outside is clipped."""
     height, width = opacity.shape
     part = image[max(top, 0) : max(top + height, 0), max(left, 0) : max(left + width, 0)]
     rows, columns = (slice(max(-at, 0), max(-at, 0) + n) for at, n in zip((top, left), part.shape, strict=False))
@@ -54,13 +54,13 @@ def lay(image: Image, top: int, left: int, colours: Image | Colour, opacity: Opa
 
 
 def write(image: Image, text: str, top: int, left: int, size: int, colour: Colour = INK, bold: bool = False) -> int:
-    """Write ``text`` with its upper left corner at (top, left); return its width."""
+    """Write ``text`` with its upper left corner at (top, left), and return its width."""
     ink = lettering(text, size, bold)
     lay(image, top, left, colour, ink)
     return ink.shape[1]
 
 
 def save(image: Image, path: str | Path) -> None:
-    """Write a picture as PNG, all or nothing."""
+    """Write an image as a PNG file, atomically."""
     with tables.replacing(path) as temporary:
         Pillow.fromarray(image).save(temporary, format="png", optimize=True)

@@ -1,4 +1,4 @@
-"""ELAN annotation files (.eaf): times in whole milliseconds, one tier of spans for each name."""
+"""ELAN annotation files (.eaf): tiers of labelled intervals, with times in whole milliseconds."""
 
 from __future__ import annotations
 
@@ -7,28 +7,27 @@ from pathlib import Path
 from pympi import Elan
 
 from cospeech.data import tables
+from cospeech.data.segments import Spans
 from cospeech.errors import UserError
 
-Spans = list[tuple[float, float, str]]
-
 WRITTEN = "2012-01-01T00:00:00+00:00"
-"""The date that every file carries: the format demands one, and equal contents are to be equal files."""
+"""The date in every file: the format requires one, and equal contents should give equal files."""
 
 
 def read(path: str | Path) -> dict[str, Spans]:
-    """Return the spans (start, end, label) of every tier, in seconds; NaN where one is tied to no time.
+    """Return the spans (start, end, label) of every tier in seconds; NaN for an end without a time.
 
     Raises
     ------
-    UserError : where the file is no readable EAF.
+    UserError : if the file is not a readable EAF file.
     """
     try:
         document = Elan.Eaf(path, suppress_version_warning=True)
         tiers = {name: document.get_annotation_data_for_tier(name) for name in document.get_tier_names()}
         return {name: [(row[0] / 1000, row[1] / 1000, row[2] or "") for row in rows] for name, rows in tiers.items()}
-    except Exception as error:  # what a damaged file raises inside the library is anybody's guess
+    except Exception as error:  # damaged files make the library raise all kinds of errors
         reason = " ".join(str(error).split())[:80]
-        raise UserError(f"{path}: damaged, or no ELAN file ({reason}); save it again in ELAN") from error
+        raise UserError(f"{path}: damaged, or not an ELAN file ({reason}); save it again in ELAN") from error
 
 
 def _seconds(time_ms: int | None) -> float:
@@ -36,15 +35,15 @@ def _seconds(time_ms: int | None) -> float:
 
 
 def write(path: str | Path, tier: str, spans: Spans, labels: list[str], media: str | None) -> None:
-    """Write spans as one tier, their labels to be chosen from a list.
+    """Write spans as one tier whose labels are chosen from a list.
 
     Parameters
     ----------
     path : the .eaf file.
     tier : name of the tier.
-    spans : (start, end, label) in seconds, in order; those shorter than half a millisecond vanish.
-    labels : the values that ELAN offers.
-    media : the sound, relative to the file's folder; None where there is none.
+    spans : (start, end, label) in seconds, in order; those that round to 0 ms are dropped.
+    labels : the labels that ELAN offers.
+    media : sound file, relative to the folder of ``path``; None if there is none.
     """
     document = Elan.Eaf(author="cospeech")
     document.adocument["DATE"] = WRITTEN

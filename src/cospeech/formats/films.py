@@ -1,4 +1,4 @@
-"""The pictures of a film in red, green and blue, to be looked at; what measures reads the film's own planes."""
+"""Frames of a video as RGB images for display. Measurements read the planes of the video directly."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cospeech.formats.canvas import Image
 
 
 def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
-    """Yield the pictures (H, W, 3) of a film one after another, scaled to ``height_px`` where it is given.
+    """Yield the frames (H, W, 3) of a video one after another, scaled to ``height_px`` if it is given.
 
     Raises
     ------
-    UserError : where the film cannot be read.
+    UserError : if the video cannot be read.
     """
     try:
         with av.open(str(path)) as container:
@@ -33,16 +33,16 @@ def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
 
 
 def stills(path: str | Path, frames: Collection[int], height_px: int | None = None) -> dict[int, Image]:
-    """Return some pictures (H, W, 3) of a film, by their number.
+    """Return selected frames (H, W, 3) of a video by their number.
 
     Raises
     ------
-    UserError : where the film cannot be read, or ends before.
+    UserError : if the video cannot be read, or has fewer frames.
     """
     try:
         with av.open(str(path)) as container:
             stream = container.streams.video[0]
-            if stream.codec_context.codec.intra_only:  # pictures that stand alone need not all be decoded
+            if stream.codec_context.codec.intra_only:  # frames are independent: decode only these
                 packets = (packet for packet in container.demux(stream) if packet.size)
                 chosen = ((number, packet.decode()[0]) for number, packet in enumerate(packets) if number in frames)
             else:
@@ -54,12 +54,12 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
         raise _unreadable(path, error) from error
     missing = sorted(set(frames) - set(found))
     if missing:
-        raise UserError(f"{path}: ends before frame {missing[0]}; make it anew")
+        raise UserError(f"{path}: ends before frame {missing[0]}; delete it and run again")
     return found
 
 
 def _rgb(frame: av.VideoFrame, height_px: int | None, reformatter: VideoReformatter) -> Image:
-    """Return one picture; a film's share a ``reformatter``, as the tables of a scaling cost as much as its use."""
+    """Return one frame as RGB; share ``reformatter`` within a video, as setting it up costs as much as using it."""
     height = height_px or frame.height
     width = round(frame.width * height / frame.height)
     scaled = reformatter.reformat(frame, width, height, "rgb24", interpolation="FAST_BILINEAR")
@@ -67,4 +67,4 @@ def _rgb(frame: av.VideoFrame, height_px: int | None, reformatter: VideoReformat
 
 
 def _unreadable(path: str | Path, error: Exception) -> UserError:
-    return UserError(f"{path}: cannot be read as a film ({error}); make it anew")
+    return UserError(f"{path}: cannot be read as a video ({error}); delete it and run again")

@@ -1,6 +1,6 @@
-"""Videos out of pictures and sound: MP4 with H.264 and AAC.
+"""MP4 videos from images and sound, with H.264 and AAC.
 
-The same pictures and sound give the same bytes: one encoder thread, and no date or version in the file.
+The same images and sound give the same bytes: there is one encoder thread, and no date or version in the file.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from cospeech.kernels.jit import njit
 Samples = npt.NDArray[np.float32]
 
 AAC_RATES_HZ = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
-"""The sampling rates that every player takes; other sound is brought to the highest."""
+"""Sampling rates that all players support; sound with any other rate is resampled to the highest of them."""
 
 X264 = {
     "preset": "superfast",
     "crf": "32.5",
-    # One thread, so that bytes do not depend on cores. No AVX-512: x264's code for it gives other bytes from one run
-    # to the next (five kinds in two hundred films of one noise; with AVX2 one). The rest buys sharp edges cheaply for
-    # what is drawn: a short look-ahead that keeps what stands still, large transforms, few bits moved to flat paper,
-    # more for colour.
+    # One thread, so that the bytes do not depend on the number of cores. No AVX-512, with which x264 gave five
+    # different files in 200 encodings of the same noise (with AVX2 one). The rest makes the edges of drawings sharp
+    # at a low cost: a short look-ahead that keeps what does not move, large transforms, few bits for uniform areas,
+    # and more for colour.
     "x264-params": "threads=1:asm=avx2:lookahead-threads=1:keyint=250:scenecut=0:b-adapt=0:mbtree=1:rc-lookahead=10"
     ":8x8dct=1:partitions=i4x4,i8x8,p8x8:aq-strength=0.6:chroma-qp-offset=-6",
 }
@@ -38,16 +38,16 @@ BT709 = 1
 
 
 def read_sound(path: str | Path, duration_s: float) -> tuple[Samples, int]:
-    """Return the sound of a wav as mono samples (n,) of exactly ``duration_s``, and its rate in Hz.
+    """Return the sound of a wav file as mono samples (n,) of exactly ``duration_s``, and its rate in Hz.
 
     Raises
     ------
-    UserError : where the file cannot be read.
+    UserError : if the file cannot be read.
     """
     try:
         samples, rate = soundfile.read(path, dtype="float32", always_2d=True)
     except (soundfile.LibsndfileError, OSError) as error:
-        raise UserError(f"{path}: cannot be read as sound ({error}); make it anew") from error
+        raise UserError(f"{path}: cannot be read as sound ({error}); delete it and run again") from error
     mono = samples.mean(axis=1)
     if rate not in AAC_RATES_HZ:
         import soxr  # needed for unusual rates only
@@ -58,7 +58,7 @@ def read_sound(path: str | Path, duration_s: float) -> tuple[Samples, int]:
 
 
 def encode(path: str | Path, images: Iterator[Image], fps: float, sound: tuple[Samples, int] | None = None) -> None:
-    """Write an MP4 (H.264 and AAC) of ``images`` (H, W, 3), which may be one array that changes, to ``path``."""
+    """Write an MP4 file (H.264 and AAC) of ``images`` (H, W, 3); they may share one array that changes."""
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart", "fflags": "+bitexact"}) as film:
         first = next(images)
         rate = Fraction(fps).limit_denominator(1001)
@@ -89,7 +89,7 @@ def encode(path: str | Path, images: Iterator[Image], fps: float, sound: tuple[S
 
 
 def _planes(height: int, width: int) -> tuple[Image, tuple[Image, Image, Image]]:
-    """Return one array that holds a picture in yuv420p as the encoder takes it, and its three planes."""
+    """Return an array for an image in yuv420p, laid out as the encoder expects it, and views of its three planes."""
     whole = np.empty(height * width * 3 // 2, dtype=np.uint8)
     light, blueness, redness = np.split(whole, [height * width, height * width * 5 // 4])
     small = (height // 2, width // 2)
@@ -112,13 +112,13 @@ def _sound_frame(samples: Samples, rate: int, start: int) -> av.AudioFrame:
 
 @njit
 def to_yuv(image: Image, light: Image, blueness: Image, redness: Image) -> None:
-    """Turn a picture (H, W, 3), both even, into the planes of yuv420p: BT.709 in video range, in whole numbers.
+    """Convert an RGB image (H, W, 3) with even sides to the planes of yuv420p, BT.709 in video range.
 
-    ``light`` is (H, W); ``blueness`` and ``redness`` are (H / 2, W / 2), the mean of 2 x 2 pixels.
+    ``light`` (H, W) is luma; ``blueness`` and ``redness`` (H / 2, W / 2) are chroma, means over 2 x 2 pixels.
     """
     height, width = blueness.shape
     every, out = image.reshape(-1), light.reshape(-1)
-    for x in range(len(out)):  # 32 bits and flat arrays, so that the loop runs in vectors
+    for x in range(len(out)):  # 32 bits and flat arrays, so that the loop is vectorised
         red, green, blue = np.int32(every[3 * x]), np.int32(every[3 * x + 1]), np.int32(every[3 * x + 2])
         sum_ = np.int32(11966) * red + np.int32(40254) * green + np.int32(4064) * blue
         out[x] = np.uint8((sum_ + np.int32(1081344)) >> np.int32(16))

@@ -1,4 +1,4 @@
-"""SMPL-X motion in the layout of BEAT2 and AMASS: an npz of ``poses``, ``trans`` and a frame rate."""
+"""SMPL-X motion in the layout of BEAT2 and AMASS: npz files with ``poses``, ``trans`` and a frame rate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NAMES = (
     "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder",
     "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
-"""The body joints of SMPL-X in its order; jaw, eyes and fingers follow and are not ours."""
+"""The body joints of SMPL-X in its order; those of jaw, eyes and fingers follow and are not used."""
 
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
 
@@ -24,11 +24,12 @@ RATES = ("mocap_frame_rate", "mocap_framerate")
 
 
 def read(path: str | Path) -> Clip:
-    """Read the body motion of an SMPL-X npz: T-pose at zero angles, axis-angle rotations in radians.
+    """Read the body motion of an SMPL-X npz file: rotation vectors in radians, T-pose at zero angles.
 
     Raises
     ------
-    UserError : missing, damaged or no such file; arrays missing or of a wrong shape; NaN, with joint and frame.
+    UserError : if the file is missing or damaged, if an array is missing or has a wrong shape, or if there is a NaN,
+        with its joint and frame.
     """
     arrays = _load(path)
     rate = next((arrays[name] for name in RATES if name in arrays), None)
@@ -45,7 +46,7 @@ def read(path: str | Path) -> Clip:
     if len(poses) == 0:
         raise UserError(f"{path}: holds no frame; name another file, or leave the record out")
     if fps.size != 1 or not 1 <= float(fps.reshape(-1)[0]) <= 1000:
-        raise UserError(f"{path}: mocap_frame_rate is {rate}; it must be one number of frames a second")
+        raise UserError(f"{path}: mocap_frame_rate is {rate}; it must be one number, in frames per second")
     turns = poses[:, : 3 * len(NAMES)].reshape(len(poses), len(NAMES), 3)
     missing = np.argwhere(~np.isfinite(turns).all(axis=2))
     if len(missing):
@@ -68,12 +69,12 @@ def _load(path: str | Path) -> dict[str, np.ndarray]:
                 return {name: archive[name] for name in archive.files if name in ("poses", "trans", *RATES)}
     except FileNotFoundError as error:
         raise UserError(f"{path}: no such file; correct the path") from error
-    except Exception as error:  # a damaged archive raises what zip, zlib or the array's header stumble over
+    except Exception as error:  # damaged archives raise errors of zip, zlib or the array format
         reason = " ".join(str(error).split())[:80]
-        raise UserError(f"{path}: damaged or no npz archive ({reason}); copy or export it again") from error
+        raise UserError(f"{path}: damaged or not an npz archive ({reason}); copy or export it again") from error
 
 
 def _numbers(array: np.ndarray, name: str, path: str | Path) -> np.ndarray:
     if not np.issubdtype(array.dtype, np.number) or np.iscomplexobj(array):
-        raise UserError(f"{path}: {name} holds {array.dtype} where numbers belong; export it again")
+        raise UserError(f"{path}: {name} has the type {array.dtype} and must hold numbers; export it again")
     return array.astype(float)

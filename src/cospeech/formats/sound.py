@@ -1,4 +1,4 @@
-"""Sound of any rate and number of channels becomes mono at 16 kHz; only the excerpt is read."""
+"""Wav files: sound of any rate and number of channels is read as mono at 16 kHz, excerpts without the rest."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 
 RATE_HZ = 16000
-"""Sampling rate of the project's own sound."""
+"""Sampling rate of all sound inside the project."""
 
 RATES_HZ = (4000, 768000)
-"""Sampling rates of recordings of speech: lower ones hold none, and nothing records at higher ones."""
+"""Range of the sampling rates of recorded speech."""
 
 FULL_SCALE = 32768.0
 """Value of full scale in 16 bits."""
 
 SILENT = 2 / FULL_SCALE
-"""Peak, full scale 1, up to which a sound is nothing but rounding to 16 bits."""
+"""Peak, relative to full scale, up to which a sound may be rounding noise of 16 bits."""
 
 WAV = ("WAV", "WAVEX", "RF64")
 
 
 class Sound(NamedTuple):
-    """Mono sound at ``RATE_HZ``, the rate it was delivered with, and notes on what was done to it."""
+    """Mono sound at ``RATE_HZ``, the original rate, and notes on how it was converted."""
 
     samples: Floats
     delivered_hz: float
@@ -45,11 +45,12 @@ class Sound(NamedTuple):
 
 
 def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> Sound:
-    """Read a wav file, or its excerpt from ``start_s`` to ``end_s``, mixed down and resampled.
+    """Read a wav file, or its excerpt from ``start_s`` to ``end_s``, as mono at ``RATE_HZ``.
 
     Raises
     ------
-    UserError : missing, empty, truncated or mislabelled file; excerpt beyond its end; NaN; silence.
+    UserError : if the file is missing, empty, truncated, silent or not a wav file, if it contains NaN, or if the
+        excerpt is not in it.
     """
     _check_whole(Path(path))
     try:
@@ -58,7 +59,7 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> 
                 raise UserError(f"{path}: holds {file.format}, not wav; convert it to wav")
             rate, length = file.samplerate, file.frames
             if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
-                raise UserError(f"{path}: a rate of {rate} Hz is none of recorded speech; check the file")
+                raise UserError(f"{path}: {rate} Hz is not a sampling rate of recorded speech; check the file")
             first, last = _excerpt(path, start_s, end_s, rate, length)
             file.seek(first)
             channels = file.read(last - first, dtype="float64", always_2d=True)
@@ -66,7 +67,7 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> 
         reason = " ".join(str(error).split())[:100]
         raise UserError(f"{path}: cannot be read as wav ({reason}); copy or convert it again") from error
     if len(channels) < last - first:
-        raise UserError(f"{path}: ends after {(first + len(channels)) / rate:.3f} s; it is cut off: copy it again")
+        raise UserError(f"{path}: ends after {(first + len(channels)) / rate:.3f} s; it is truncated: copy it again")
     if not np.isfinite(channels).all():
         at = (first + int(np.flatnonzero(~np.isfinite(channels).all(axis=1))[0])) / rate
         raise UserError(f"{path}: holds NaN at {at:.3f} s; export it again")
@@ -74,7 +75,7 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None) -> 
 
 
 def _check_whole(path: Path) -> None:
-    """Refuse a file that is no RIFF wav, or whose sound is shorter than its header says (libsndfile reads it)."""
+    """Raise UserError unless the file is RIFF wav and as long as its header says, which libsndfile ignores."""
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -82,7 +83,7 @@ def _check_whole(path: Path) -> None:
             if size == 0:
                 raise UserError(f"{path}: is empty; copy it again")
             if head[:4] not in (b"RIFF", b"RF64") or head[8:12] != b"WAVE":
-                raise UserError(f"{path}: is no wav file, whatever its name says; convert it to wav")
+                raise UserError(f"{path}: is not a wav file, despite its name; convert it to wav")
             while len(chunk := file.read(8)) == 8:
                 name, length = struct.unpack("<4sI", chunk)
                 held = size - file.tell()
@@ -93,7 +94,7 @@ def _check_whole(path: Path) -> None:
                 file.seek(length + length % 2, 1)
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
-    raise UserError(f"{path}: holds no sound; it is cut off: copy it again")
+    raise UserError(f"{path}: holds no sound; it is truncated: copy it again")
 
 
 def _excerpt(path: str | Path, start_s: float, end_s: float | None, rate: int, length: int) -> tuple[int, int]:
@@ -103,7 +104,7 @@ def _excerpt(path: str | Path, start_s: float, end_s: float | None, rate: int, l
         raise UserError(f"{path}: holds no sound; name another file, or leave the record out")
     if last > length or first >= last:
         raise UserError(
-            f"{path}: lasts {length / rate:.3f} s, so no excerpt from {start_s} s to {end_s or 'its end'} is in it; "
+            f"{path}: lasts {length / rate:.3f} s, and has no excerpt from {start_s} s to {end_s or 'its end'}; "
             "correct start_s and end_s"
         )
     return first, last
@@ -133,8 +134,8 @@ def to_16_bit(samples: Floats) -> npt.NDArray[np.int16]:
 
 
 def write(samples: Floats, path: str | Path) -> None:
-    """Write mono sound at ``RATE_HZ`` as 16-bit wav (a floating wav would carry the time of writing)."""
-    encoded = io.BytesIO()  # libsndfile hides why a write failed, and a full disk is to be said
+    """Write mono sound at ``RATE_HZ`` as a 16-bit wav file; a floating-point one would contain the date."""
+    encoded = io.BytesIO()  # libsndfile does not say why writing failed, such as a full disk
     # Rounded here, because libsndfile writes full scale as 32767 and reads it as 32768.
     soundfile.write(encoded, to_16_bit(samples), RATE_HZ, subtype="PCM_16", format="WAV")
     with tables.replacing(path) as temporary:

@@ -1,4 +1,4 @@
-"""Praat's TextGrids: interval tiers that cover the record, unlabelled stretches included."""
+"""TextGrid files of Praat: interval tiers that cover the whole record, including unlabelled intervals."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from praatio import textgrid
 from praatio.data_classes.interval_tier import IntervalTier
 
 from cospeech.data import tables
+from cospeech.data.segments import Spans
 from cospeech.errors import UserError
-
-Spans = list[tuple[float, float, str]]
 
 
 def read(path: str | Path) -> dict[str, Spans]:
@@ -18,13 +17,13 @@ def read(path: str | Path) -> dict[str, Spans]:
 
     Raises
     ------
-    UserError : where the file is no readable TextGrid.
+    UserError : if the file is not a readable TextGrid.
     """
     try:
         grid = textgrid.openTextgrid(str(path), includeEmptyIntervals=False, duplicateNamesMode="rename")
-    except Exception as error:  # what a damaged file raises inside the library is anybody's guess
+    except Exception as error:  # damaged files make the library raise all kinds of errors
         reason = " ".join(str(error).split())[:80]
-        raise UserError(f"{path}: damaged, or no TextGrid ({reason}); save it again in Praat") from error
+        raise UserError(f"{path}: damaged, or not a TextGrid ({reason}); save it again in Praat") from error
     return {
         tier.name: [(float(row.start), float(row.end), row.label) for row in tier.entries]
         for tier in grid.tiers
@@ -33,7 +32,7 @@ def read(path: str | Path) -> dict[str, Spans]:
 
 
 def write(path: str | Path, tier: str, spans: Spans, duration_s: float) -> None:
-    """Write spans (start, end, label) in seconds, in order, as the one tier of a TextGrid of the record's length."""
+    """Write spans (start, end, label) in seconds, in order, as the only tier of a TextGrid of ``duration_s``."""
     grid = textgrid.Textgrid(0, duration_s)
     grid.addTier(IntervalTier(tier, spans, 0, duration_s))
     with tables.replacing(path) as temporary:

@@ -1,9 +1,9 @@
 """TRC files (Motion Analysis; OpenSim, Pose2Sim): marker trajectories as tab-separated text.
 
-Five lines of header (path, names and values of its fields, names of the markers, names of their coordinates), then
-one line a frame: its number, its time, and x, y, z of each marker. A lost marker is an empty field; we also take
-"nan" and three exact zeros for lost, as other programs write them. Commas in the place of tabs, as spreadsheets leave
-them, are read.
+Five header lines (path, names and values of fields, names of markers, names of coordinates) are followed by one line
+per frame: its number, its time, and x, y, z of each marker. The fields of a lost marker are empty; on reading, "nan"
+and three exact zeros, which other programs write, also mean lost. Commas instead of tabs, as spreadsheets save them,
+are accepted.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ FIELDS = (
 )
 
 LATE, DRIFT = 0.1, 0.001
-"""How far the time of a frame may be off its number: in frames, and in frames a frame (29.97 Hz called 30)."""
+"""Tolerance of the time of a frame: in frames, and in frames per frame before it (29.97 Hz called 30)."""
 
 
 def write(trajectories: Trajectories, path: str | Path) -> None:
-    """Write trajectories in metres, frames counted from 1 and time from 0 as is custom, gaps as empty fields.
+    """Write trajectories in metres, with frames counted from 1, times from 0, as is customary, and empty gaps.
 
     Raises
     ------
-    UserError : where a marker's name is empty or holds a tab or a line's end.
+    UserError : if the name of a marker is empty or contains a tab or a line break.
     """
     names, places, fps = trajectories
     for name in names:
         if not name or name != " ".join(name.split()):
-            raise UserError(f"{path}: no TRC file can hold the marker name {name!r}; rename the marker")
+            raise UserError(f"{path}: a TRC file cannot hold the marker name {name!r}; rename the marker")
     counts = (f"{fps:.12g}", f"{fps:.12g}", len(places), len(names), "m", f"{fps:.12g}", 1, len(places))
     lines = [
         f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
@@ -59,11 +59,12 @@ def write(trajectories: Trajectories, path: str | Path) -> None:
 
 
 def read(path: str | Path) -> Trajectories:
-    """Read a TRC file; places in metres, NaN where a marker is lost.
+    """Read a TRC file; positions in metres, NaN where a marker is lost.
 
     Raises
     ------
-    UserError : missing, truncated or malformed file, an unknown unit, frames that are not one after the other.
+    UserError : if the file is missing, truncated or malformed, if its unit is unknown, or if its frames are not
+        consecutive.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
@@ -71,16 +72,16 @@ def read(path: str | Path) -> Trajectories:
         raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
     lines = text.splitlines()
     if not text.startswith("PathFileType"):
-        raise UserError(f"{path}: is no TRC file (it does not begin with PathFileType); name a TRC file")
+        raise UserError(f"{path}: is not a TRC file (it does not begin with PathFileType); name a TRC file")
     if len(lines) < 6:
-        raise UserError(f"{path}: is cut off in its header; copy or export it again")
+        raise UserError(f"{path}: is truncated in its header; copy or export it again")
     mark = "\t" if "\t" in lines[0] else ","
     fps, n_frames, n_markers, metres = _header(lines[1].split(mark), lines[2].split(mark), str(path))
     names = _names(lines[3].split(mark), n_markers, str(path))
     filled = [(number, line) for number, line in enumerate(lines[5:], start=6) if line.strip(" \t,")]
     if len(filled) != n_frames:
         raise UserError(
-            f"{path}: announces {n_frames} frames and holds {len(filled)}: empty or cut off; copy or export it again"
+            f"{path}: announces {n_frames} frames and holds {len(filled)}: empty or truncated; copy it again"
         )
     rows = np.array([_row(line.split(mark), 2 + 3 * n_markers, f"{path}: line {number}") for number, line in filled])
     _check_times(rows[:, 0], rows[:, 1], fps, str(path))
@@ -89,7 +90,7 @@ def read(path: str | Path) -> Trajectories:
 
 
 def _header(fields: list[str], values: list[str], where: str) -> tuple[float, int, int, float]:
-    """Return frame rate, number of frames and of markers, and the metres of the unit."""
+    """Return the frame rate, the numbers of frames and markers, and the unit in metres."""
     given = dict(zip((field.strip() for field in fields), (value.strip() for value in values), strict=False))
     try:
         fps, n_frames, n_markers = float(given["DataRate"]), int(given["NumFrames"]), int(given["NumMarkers"])
@@ -101,7 +102,7 @@ def _header(fields: list[str], values: list[str], where: str) -> tuple[float, in
         raise UserError(f"{where}: {n_frames} frames of {n_markers} markers at {fps:g} Hz; export it again")
     unit = given.get("Units", "")
     if unit not in METRES:
-        raise UserError(f"{where}: the unit is '{unit[:20]}', known are {', '.join(METRES)}; write Units in line 3")
+        raise UserError(f"{where}: unknown unit '{unit[:20]}'; set Units in line 3 to one of {', '.join(METRES)}")
     return fps, n_frames, n_markers, METRES[unit]
 
 
@@ -114,19 +115,19 @@ def _names(fields: list[str], n_markers: int, where: str) -> tuple[str, ...]:
         )
     for name in names:
         if names.count(name) > 1:
-            raise UserError(f"{where}: two markers are called '{name}'; give each its own name")
+            raise UserError(f"{where}: two markers are called '{name}'; give each marker its own name")
     return names
 
 
 def _row(fields: list[str], n_fields: int, where: str) -> list[float]:
-    """Return the numbers of one line; a place of which a coordinate is lost is lost."""
+    """Return the numbers of one line, NaN for empty fields."""
     if any(field.strip() for field in fields[n_fields:]):
         raise UserError(f"{where}: has more than {n_fields} values; copy or export the file again")
     padded = fields[:n_fields] + [""] * (n_fields - len(fields))
     try:
         numbers = [float(field) if field.strip() else np.nan for field in padded]
     except ValueError as error:
-        raise UserError(f"{where}: holds no number ({str(error)[:60]}); correct it") from None
+        raise UserError(f"{where}: has a value that is not a number ({str(error)[:60]}); correct it") from None
     if np.isinf(numbers).any():
         raise UserError(f"{where}: holds an infinite number; correct it, or leave the field empty where lost")
     return numbers
@@ -143,4 +144,4 @@ def _check_times(frames: Floats, times_s: Floats, fps: float, where: str) -> Non
     off = np.flatnonzero(~(np.abs((times_s - times_s[0]) * fps - count) <= LATE + DRIFT * count))
     if len(off):
         row = int(off[0])
-        raise UserError(f"{where}: the time of frame {row} (from 0) does not go with {fps:g} Hz; correct DataRate")
+        raise UserError(f"{where}: the time of frame {row} (from 0) contradicts {fps:g} Hz; correct DataRate")

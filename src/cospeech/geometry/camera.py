@@ -1,8 +1,9 @@
-"""The pinhole camera with Brown's lens: one model for filming and for seeing.
+"""The pinhole camera with Brown's lens distortion, for rendering and for measuring.
 
-A camera looks along its z axis, x to the right and y down in the picture. A point X of the world (x to the actor's
-left, y up, z to where the actor faces, metres) stands at R X + t before the camera. Pixels count from 0 at the
-centre of the first pixel. The lens is that of OpenCV: radial k1, k2, k3 and tangential p1, p2.
+A camera looks along its z axis; in the image, x points to the right and y down. A point X of the world (x to the
+actor's left, y up, z in the direction that the actor faces, metres) has the coordinates R X + t in the frame of the
+camera. Pixel coordinates are 0 at the centre of the first pixel. The distortion is that of OpenCV, with radial
+coefficients k1, k2, k3 and tangential coefficients p1, p2.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cospeech.data.arrays import Floats
 from cospeech.geometry.rotation import from_vectors, to_vectors
 
 NEWTON_STEPS = 20
-"""Most steps of the inversion of the lens; four or five are enough for any lens that does not fold the picture."""
+"""Maximum number of steps to invert the distortion; four or five suffice unless the lens folds the image."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,11 @@ class Camera:
     Attributes
     ----------
     name : as in the column ``camera`` of tables.
-    size_px : width and height of its picture.
+    size_px : width and height of the image.
     focal_px, centre_px : fx, fy and cx, cy.
     lens : k1, k2, p1, p2, k3.
-    turn : Rodrigues vector of R, world to camera, radians.
-    shift_m : t, the world's origin seen from the camera, metres.
+    turn : rotation vector of R, from world to camera, radians.
+    shift_m : t, the origin of the world in the frame of the camera, metres.
     """
 
     name: str
@@ -45,46 +46,46 @@ class Camera:
 
     @property
     def rotation(self) -> Floats:
-        """R (3, 3), world to camera."""
+        """R (3, 3), from world to camera."""
         return from_vectors(np.array(self.turn))
 
     @property
     def place_m(self) -> Floats:
-        """The centre of projection (3,) in the world, metres."""
+        """The centre of projection (3,) in the world in metres."""
         return -self.rotation.T @ np.array(self.shift_m)
 
     @property
     def pose(self) -> Floats:
-        """[R | t], (3, 4): from the world to normalised coordinates of the picture, up to depth."""
+        """[R | t], (3, 4), from the world to homogeneous normalised image coordinates."""
         return np.column_stack([self.rotation, self.shift_m])
 
     @property
     def intrinsic(self) -> Floats:
-        """K (3, 3): from normalised coordinates to pixels."""
+        """K (3, 3), from homogeneous normalised image coordinates to pixels."""
         (fx, fy), (cx, cy) = self.focal_px, self.centre_px
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
 def look(name: str, place_m: npt.ArrayLike, target_m: npt.ArrayLike) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return ``turn`` and ``shift_m`` of a camera at ``place_m`` (3,) that looks at ``target_m`` (3,), upright.
+    """Return ``turn`` and ``shift_m`` of an upright camera at ``place_m`` (3,) that looks at ``target_m`` (3,).
 
     Raises
     ------
-    ValueError : where the camera would look straight up or down; ``name`` says which.
+    ValueError : if the camera, called ``name``, would look straight up or down.
     """
     place = np.asarray(place_m, dtype=float)
     ahead = np.asarray(target_m, dtype=float) - place
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0.0, 1.0, 0.0])
     if np.linalg.norm(right) < 1e-9:
-        raise ValueError(f"camera {name} looks straight up or down, so that no side of its picture is up")
+        raise ValueError(f"camera {name} looks straight up or down, so that its image has no upright orientation")
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
     return tuple(to_vectors(rotation)), tuple(-rotation @ place)
 
 
 def distort(camera: Camera, flat: Floats) -> Floats:
-    """Return the normalised coordinates (..., 2) that the lens makes of ideal ones ``flat`` (..., 2)."""
+    """Return the distorted normalised coordinates (..., 2) of ideal ones ``flat`` (..., 2)."""
     k1, k2, p1, p2, k3 = camera.lens
     x, y = flat[..., 0], flat[..., 1]
     square = x * x + y * y
@@ -99,16 +100,16 @@ def distort(camera: Camera, flat: Floats) -> Floats:
 
 
 def project(camera: Camera, points_m: Floats) -> Floats:
-    """Return the pixels (..., 2) of points (..., 3) of the world in metres; NaN for what is not before the camera."""
+    """Return the pixels (..., 2) of world points (..., 3) in metres; NaN for points behind the camera."""
     seen = points_m @ camera.rotation.T + np.array(camera.shift_m)
     depth = np.where(seen[..., 2:] > 1e-6, seen[..., 2:], np.nan)
     return distort(camera, seen[..., :2] / depth) * camera.focal_px + camera.centre_px
 
 
 def flatten(camera: Camera, pixels: Floats) -> Floats:
-    """Return the ideal normalised coordinates (..., 2) of pixels (..., 2): Newton's inverse of ``distort``.
+    """Return the ideal normalised coordinates (..., 2) of pixels (..., 2), inverting ``distort`` by Newton's method.
 
-    A pixel that no point reaches, where the lens folds its picture, is NaN.
+    The result is NaN for pixels that no point is projected to, where the lens folds the image.
     """
     bent = (np.asarray(pixels, dtype=float) - camera.centre_px) / camera.focal_px
     k1, k2, p1, p2, k3 = camera.lens
@@ -135,7 +136,7 @@ def flatten(camera: Camera, pixels: Floats) -> Floats:
 
 
 def rays(camera: Camera, pixels: Floats) -> Floats:
-    """Return the unit directions (..., 3) in the world, from ``camera.place_m``, of pixels (..., 2)."""
+    """Return the directions (..., 3) of the rays of pixels (..., 2) in the world, as unit vectors."""
     flat = flatten(camera, pixels)
     ahead = np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1) @ camera.rotation
     return ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
@@ -148,7 +149,7 @@ COLUMNS = (
 
 
 def to_table(cameras: Sequence[Camera]) -> pd.DataFrame:
-    """Return the cameras as a table of ``COLUMNS`` (schema ``cameras``, but for the quality columns)."""
+    """Return the cameras as a table with ``COLUMNS`` (schema ``cameras`` without its quality columns)."""
     rows = [(c.name, *c.size_px, *c.focal_px, *c.centre_px, *c.lens, *c.turn, *c.shift_m) for c in cameras]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 

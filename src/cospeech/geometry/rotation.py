@@ -1,7 +1,6 @@
-"""Rotations: matrices from Euler angles and rotation vectors, and back.
+"""Rotations: conversion of Euler angles and rotation vectors to matrices, and back.
 
-Own code for what scipy.spatial.transform does too, as loading that takes longer than most jobs compute; the tests
-hold one against the other.
+scipy.spatial.transform does the same, but importing it takes longer than most jobs run. The tests compare the two.
 """
 
 from __future__ import annotations
@@ -14,12 +13,12 @@ AXES = "XYZ"
 
 
 def from_euler(order: str, angles_deg: Floats) -> Floats:
-    """Return the matrices (..., 3, 3) that turn about the moving axes of ``order``, first to last.
+    """Return the matrices (..., 3, 3) of intrinsic rotations about the axes of ``order``, first to last.
 
     Parameters
     ----------
-    order : axes such as "XZY".
-    angles_deg : (..., len(order)) degrees, in the order of ``order``.
+    order : axes, such as "XZY".
+    angles_deg : (..., len(order)) angles in degrees, in the order of ``order``.
     """
     turned = np.broadcast_to(np.eye(3), (*angles_deg.shape[:-1], 3, 3))
     for place, axis in enumerate(order):
@@ -28,7 +27,7 @@ def from_euler(order: str, angles_deg: Floats) -> Floats:
 
 
 def _about(axis: int, angle: Floats) -> Floats:
-    """Return the matrices (..., 3, 3) that turn about one axis by angles (...) in radians."""
+    """Return the matrices (..., 3, 3) of rotations about one axis by angles (...) in radians."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turn = np.zeros((*angle.shape, 3, 3))
     turn[..., axis, axis] = 1.0
@@ -39,15 +38,15 @@ def _about(axis: int, angle: Floats) -> Floats:
 
 
 def to_euler(order: str, matrices: Floats) -> Floats:
-    """Return the angles (..., 3) in degrees about three different moving axes, the second within 90 degrees.
+    """Return the intrinsic angles (..., 3) in degrees about three different axes, the second within 90 degrees.
 
-    Where the second turns by 90 degrees the first and the last are one and the same turn: the last is zero then.
+    If the second angle is 90 degrees (gimbal lock), only the sum or difference of the others is determined: the last
+    is set to zero.
     """
     i, j, k = (AXES.index(axis) for axis in order)
     sign = 1.0 if (i + 1) % 3 == j else -1.0
-    cosine = np.hypot(
-        matrices[..., i, i], matrices[..., i, j]
-    )  # the arc sine of the third entry is blunt near the lock
+    # The arc sine of the third entry would be inaccurate near the gimbal lock.
+    cosine = np.hypot(matrices[..., i, i], matrices[..., i, j])
     second = np.arctan2(sign * matrices[..., i, k], cosine)
     locked = cosine < 1e-9
     first = np.where(
@@ -60,20 +59,20 @@ def to_euler(order: str, matrices: Floats) -> Floats:
 
 
 def from_vectors(turns: Floats) -> Floats:
-    """Return the matrices (..., 3, 3) of rotation vectors (..., 3), radians (formula of Rodrigues)."""
+    """Return the matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues' formula)."""
     angle = np.linalg.norm(turns, axis=-1)[..., None, None]
     x, y, z = np.moveaxis(np.asarray(turns, dtype=float), -1, 0)
     none = np.zeros_like(x)
     cross = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*none.shape, 3, 3)
-    # sin(a) / a and (1 - cos(a)) / a^2 as sinc, which is smooth at 0.
+    # sin(a) / a and (1 - cos(a)) / a^2 by way of sinc, which is smooth at 0.
     return np.eye(3) + np.sinc(angle / np.pi) * cross + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (cross @ cross)
 
 
 def to_vectors(matrices: Floats) -> Floats:
-    """Return the rotation vectors (..., 3), at most pi long, of matrices (..., 3, 3).
+    """Return the rotation vectors (..., 3) in radians, of length at most pi, of matrices (..., 3, 3).
 
-    By way of quaternions (S. W. Shepperd, Journal of Guidance and Control 1, 1978): of the four ways to write one,
-    that which divides by the largest number.
+    The matrices are converted to quaternions first, by that of the four formulas which divides by the largest number
+    (S. W. Shepperd, Journal of Guidance and Control 1, 1978).
     """
     matrices = np.asarray(matrices, dtype=float)
     flat = matrices.reshape(-1, 3, 3)
@@ -95,12 +94,12 @@ def to_vectors(matrices: Floats) -> Floats:
     quaternions *= np.where(quaternions[:, 3:] < 0, -1.0, 1.0)
     sine = np.linalg.norm(quaternions[:, :3], axis=1)
     angle = 2.0 * np.arctan2(sine, quaternions[:, 3])
-    # The vector part is the sine of half the angle long, times the length of the quaternion.
+    # The vector part has the length of sin(angle / 2) times the norm of the quaternion.
     length = np.hypot(sine, quaternions[:, 3])
     scale = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / length)
     return (scale[:, None] * quaternions[:, :3]).reshape(matrices.shape[:-1])
 
 
 def angles_deg(matrices: Floats) -> Floats:
-    """Return by how much matrices (..., 3, 3) turn, degrees (...)."""
+    """Return the angles of rotation (...) of matrices (..., 3, 3) in degrees."""
     return np.degrees(np.linalg.norm(to_vectors(matrices), axis=-1))

@@ -1,8 +1,9 @@
-"""Points from views: two or more cameras, by the least reprojection error, without the views that contradict it.
+"""Triangulation of points from two or more views by minimal reprojection error, with rejection of outlier views.
 
-A start comes from the point nearest to all rays; Gauss-Newton then minimises the weighted squared distance in pixels,
-lens included (Hartley and Zisserman, Multiple View Geometry, 12.5). Where a view is farther from the point than
-``limit_px``, the largest set of views that agree is taken, and among sets of one size the one that agrees best.
+Starting from the point nearest to all rays, the Gauss-Newton method minimises the weighted squared distance in
+pixels, with distortion (Hartley and Zisserman, Multiple View Geometry, 12.5). If a view is farther from the point
+than ``limit_px``, the largest consistent set of views is used, and among sets of equal size the one with the smallest
+residual.
 """
 
 from __future__ import annotations
@@ -17,19 +18,38 @@ from cospeech.geometry.camera import NEWTON_STEPS, Camera
 from cospeech.kernels.jit import njit
 
 STEPS = 10
-"""Most Gauss-Newton steps; three are enough where the views agree."""
+"""Maximum number of Gauss-Newton steps; three suffice if the views agree."""
 
 
 def packed(cameras: Sequence[Camera]) -> Floats:
-    """Return the cameras as numbers (C, 21) for compiled code: R, t, focal length, centre, lens."""
+    """Return the parameters of the cameras, (C, 21), for compiled code: R, t, focal length, centre, lens."""
     return np.array([[*c.rotation.ravel(), *c.shift_m, *c.focal_px, *c.centre_px, *c.lens] for c in cameras])
 
 
 @njit
-def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, float, float]:
-    """Return the pixel and the depth of a point (3,), and fill ``slope`` (2, 3): pixels a metre.
+def _distort(camera: Floats, u: float, v: float) -> tuple[float, float, float, float, float]:
+    """Return the distorted normalised coordinates of ideal ones, and their derivatives uu, uv (= vu) and vv."""
+    k1, k2, p1, p2, k3 = camera[16], camera[17], camera[18], camera[19], camera[20]
+    square = u * u + v * v
+    radial = 1.0 + square * (k1 + square * (k2 + square * k3))
+    bend = 2.0 * (k1 + square * (2.0 * k2 + 3.0 * square * k3))
+    uu = radial + bend * u * u + 2.0 * p1 * v + 6.0 * p2 * u
+    uv = bend * u * v + 2.0 * p1 * u + 2.0 * p2 * v
+    vv = radial + bend * v * v + 6.0 * p1 * v + 2.0 * p2 * u
+    bent_u = u * radial + 2.0 * p1 * u * v + p2 * (square + 2.0 * u * u)
+    bent_v = v * radial + p1 * (square + 2.0 * v * v) + 2.0 * p2 * u * v
+    return bent_u, bent_v, uu, uv, vv
 
-    ``camera`` is a row of ``packed``. The pixel is NaN for what is not before the camera.
+
+@njit
+def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, float, float]:
+    """Return the pixel and the depth of a point (3,), and fill ``slope`` (2, 3) with the derivatives of the pixel.
+
+    Parameters
+    ----------
+    camera : a row of ``packed``.
+    point : (3,) in metres. If it is behind the camera, pixel and derivatives are NaN.
+    slope : (2, 3) in pixels per metre.
     """
     x = camera[0] * point[0] + camera[1] * point[1] + camera[2] * point[2] + camera[9]
     y = camera[3] * point[0] + camera[4] * point[1] + camera[5] * point[2] + camera[10]
@@ -38,39 +58,24 @@ def project_point(camera: Floats, point: Floats, slope: Floats) -> tuple[float, 
         slope[:] = np.nan
         return np.nan, np.nan, z
     fx, fy, cx, cy = camera[12], camera[13], camera[14], camera[15]
-    k1, k2, p1, p2, k3 = camera[16], camera[17], camera[18], camera[19], camera[20]
     u, v = x / z, y / z
-    square = u * u + v * v
-    radial = 1.0 + square * (k1 + square * (k2 + square * k3))
-    bend = 2.0 * (k1 + square * (2.0 * k2 + 3.0 * square * k3))
-    uu = radial + bend * u * u + 2.0 * p1 * v + 6.0 * p2 * u
-    uv = bend * u * v + 2.0 * p1 * u + 2.0 * p2 * v
-    vv = radial + bend * v * v + 6.0 * p1 * v + 2.0 * p2 * u
+    bent_u, bent_v, uu, uv, vv = _distort(camera, u, v)
     for axis in range(3):
         du = (camera[axis] - u * camera[6 + axis]) / z
         dv = (camera[3 + axis] - v * camera[6 + axis]) / z
         slope[0, axis] = fx * (uu * du + uv * dv)
         slope[1, axis] = fy * (uv * du + vv * dv)
-    bent_u = u * radial + 2.0 * p1 * u * v + p2 * (square + 2.0 * u * u)
-    bent_v = v * radial + p1 * (square + 2.0 * v * v) + 2.0 * p2 * u * v
     return fx * bent_u + cx, fy * bent_v + cy, z
 
 
 @njit
 def flatten_pixel(camera: Floats, x: float, y: float) -> tuple[float, float]:
-    """Return the ideal normalised coordinates of a pixel: ``camera.flatten`` for a row of ``packed``."""
-    k1, k2, p1, p2, k3 = camera[16], camera[17], camera[18], camera[19], camera[20]
+    """Return the ideal normalised coordinates of a pixel, as ``camera.flatten``, for a row of ``packed``."""
     bent_u, bent_v = (x - camera[14]) / camera[12], (y - camera[15]) / camera[13]
     u, v = bent_u, bent_v
     for _ in range(NEWTON_STEPS):
-        square = u * u + v * v
-        radial = 1.0 + square * (k1 + square * (k2 + square * k3))
-        bend = 2.0 * (k1 + square * (2.0 * k2 + 3.0 * square * k3))
-        a = radial + bend * u * u + 2.0 * p1 * v + 6.0 * p2 * u
-        b = bend * u * v + 2.0 * p1 * u + 2.0 * p2 * v
-        d = radial + bend * v * v + 6.0 * p1 * v + 2.0 * p2 * u
-        off_u = u * radial + 2.0 * p1 * u * v + p2 * (square + 2.0 * u * u) - bent_u
-        off_v = v * radial + p1 * (square + 2.0 * v * v) + 2.0 * p2 * u * v - bent_v
+        found_u, found_v, a, b, d = _distort(camera, u, v)
+        off_u, off_v = found_u - bent_u, found_v - bent_v
         step_u, step_v = (d * off_u - b * off_v) / (a * d - b * b), (a * off_v - b * off_u) / (a * d - b * b)
         u, v = u - step_u, v - step_v
         if max(abs(step_u), abs(step_v)) < 1e-13:
@@ -80,7 +85,7 @@ def flatten_pixel(camera: Floats, x: float, y: float) -> tuple[float, float]:
 
 @njit
 def _solve(normal: Floats, right: Floats) -> Floats:
-    """Return the solution (3,) of a symmetric system (3, 3), by cofactors; NaN where it has none."""
+    """Return the solution (3,) of a symmetric system (3, 3) by cofactors; NaN if it has none."""
     a, b, c = normal[0, 0], normal[0, 1], normal[0, 2]
     d, e, f = normal[1, 1], normal[1, 2], normal[2, 2]
     A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
@@ -95,7 +100,7 @@ def _solve(normal: Floats, right: Floats) -> Floats:
 
 @njit
 def _nearest(cameras: Floats, flat: Floats, chosen: npt.NDArray[np.bool_]) -> Floats:
-    """Return the point (3,) nearest to the rays of the chosen views' normalised coordinates ``flat`` (C, 2)."""
+    """Return the point (3,) nearest to the rays of normalised coordinates ``flat`` (C, 2) in the chosen views."""
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for view in range(len(cameras)):
         if not chosen[view]:
@@ -119,7 +124,10 @@ def _nearest(cameras: Floats, flat: Floats, chosen: npt.NDArray[np.bool_]) -> Fl
 def _fit(
     cameras: Floats, pixels: Floats, flat: Floats, weights: Floats, chosen: npt.NDArray[np.bool_], misses: Floats
 ) -> Floats:
-    """Return the point (3,) of least weighted reprojection error in the chosen views; fill ``misses`` (C,), px."""
+    """Return the point (3,) with the least weighted reprojection error in the chosen views.
+
+    ``misses`` (C,) is filled with the error in each view, in pixels.
+    """
     point = _nearest(cameras, flat, chosen)
     slope = np.empty((2, 3))
     for _ in range(STEPS):
@@ -151,16 +159,16 @@ def _fit(
 def consistent(
     cameras: Floats, pixels: Floats, weights: Floats, limit_px: float
 ) -> tuple[Floats, npt.NDArray[np.bool_], float]:
-    """Return the point (3,) of one marker, the views (C,) that it rests on and their RMS residual in pixels.
+    """Return a point (3,), the views (C,) that it is based on, and their RMS residual in pixels.
 
     Parameters
     ----------
-    cameras : (C, 21) of ``packed``.
-    pixels : (C, 2) of the marker; NaN where unseen.
-    weights : (C,) of the views, inverse squared pixels up to a factor.
-    limit_px : a view farther than this from the point contradicts it.
+    cameras : (C, 21) from ``packed``.
+    pixels : (C, 2) pixels of the point; NaN where it is not seen.
+    weights : (C,) weights of the views, inverse squared pixels up to a factor.
+    limit_px : views farther than this from the point are outliers.
 
-    The point is NaN and no view chosen where no two views agree.
+    If no two views agree, the point is NaN and no view is chosen.
     """
     flat = np.empty(pixels.shape)
     for view in range(len(cameras)):
@@ -198,7 +206,7 @@ def consistent(
 def triangulate_packed(
     cameras: Floats, pixels: Floats, weights: Floats, limits_px: Floats
 ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
-    """Return what ``triangulate`` does, of cameras (C, 21) of ``packed`` and a limit (N,) for each marker."""
+    """Do the same as ``triangulate`` for cameras (C, 21) from ``packed``, with a limit (N,) for each point."""
     n_points, n_views = pixels.shape[:2]
     points, residual_px = np.empty((n_points, 3)), np.empty(n_points)
     used = np.empty((n_points, n_views), dtype=np.bool_)
@@ -212,16 +220,16 @@ def triangulate_packed(
 def triangulate(
     cameras: Sequence[Camera], pixels: Floats, limit_px: float, weights: Floats | None = None
 ) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
-    """Return points (N, 3) in metres, the views (N, C) that each rests on, and its RMS residual (N,) in pixels.
+    """Return points (N, 3) in metres, the views (N, C) that each is based on, and its RMS residual (N,) in pixels.
 
     Parameters
     ----------
     cameras : the C cameras.
-    pixels : (N, C, 2) positions of N markers in every view; NaN where unseen.
-    limit_px : a view farther than this from the point contradicts it and is left out.
-    weights : (N, C) of the views, by default all one.
+    pixels : (N, C, 2) positions of N points in every view; NaN where a point is not seen.
+    limit_px : views farther than this from the point are outliers and not used.
+    weights : (N, C) weights of the views, by default all 1.
 
-    A point that no two views agree on is NaN.
+    A point on which no two views agree is NaN.
     """
     weights = np.ones(pixels.shape[:2]) if weights is None else np.ascontiguousarray(weights)
     limits_px = np.full(len(pixels), float(limit_px))

@@ -1,1 +1,1 @@
-"""Compilation of kernels, its cache, and the hash of the code."""
+"""Compilation of kernels, the cache of compiled code, and the hash of the source code."""

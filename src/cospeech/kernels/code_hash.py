@@ -2,7 +2,7 @@
 
 Snakemake notices a changed script, but not a change in a module that the script imports. Each rule therefore has the
 hash of its script and of all modules that it imports as a parameter, so that an edit reruns what depends on it and
-nothing else. Imports are read from the text: no module is run.
+nothing else. Imports are read from the text, without running any module.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The compiler of all kernels: numba, which keeps what it compiled, and looks for a BLAS only where one is used.
+"""The compiler of all kernels: numba with a cache, and without imports that the kernels do not need.
 
-As it loads its first kernel, numba asks scipy whether there is a BLAS and so loads all of ``scipy.linalg``, and cffi
-with its parser of C: 0.3 s of each of a run's many processes. The first answer serves ``np.correlate`` alone, as a
-product of matrices asks for itself; no kernel calls C by cffi.
+When it loads its first kernel, numba asks scipy for a BLAS, which imports all of ``scipy.linalg``, and imports cffi
+with its C parser. This costs 0.3 s in every process of a run. The first is needed only for ``np.correlate``, because
+matrix products ask again; the second for calls of C functions by cffi, which no kernel makes.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numba
 
 UNASKED = [name for name in ("scipy.linalg.cython_blas", "cffi") if name not in sys.modules]
 
-sys.modules.update(dict.fromkeys(UNASKED))  # type: ignore[arg-type]  # None is the sign for importers that there is none
+sys.modules.update(dict.fromkeys(UNASKED))  # type: ignore[arg-type]  # None makes an import fail
 try:
     import numba.core.typing.cffi_utils
-    import numba.np.arraymath  # both look once, while they are loaded
+    import numba.np.arraymath  # both look once, when they are imported
 finally:
     for name in UNASKED:
         del sys.modules[name]
 
 njit: Any = functools.partial(numba.njit, cache=True)
-"""``numba.njit``, with or without further options, whose result is kept (see ``compiled``)."""
+"""``numba.njit`` with a cache (see ``numba_cache``); further options may be given."""

@@ -1,7 +1,7 @@
-"""Where numba keeps what it compiled: a folder for each state of the code.
+"""The cache of compiled code: one folder for each state of the source code.
 
-Numba sees that a file changed, but not that a kernel or a constant changed which another file brought into it: after
-an update it would go on with the old one. So each state of all that is compiled has a folder of its own.
+Numba notices that a file has changed, but not that a kernel or constant that the file imports has: after an update it
+would continue with the old code. Each state of all compiled modules therefore has its own folder.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ FOLDER = "NUMBA_CACHE_DIR"
 
 
 def keep_apart() -> None:
-    """Let numba use the folder of the code as it is, unless the environment names one; drop those of other states.
+    """Set the cache folder of numba to that of the current code, unless the environment sets one; delete old ones.
 
-    Processes that are started from here inherit it.
+    Child processes inherit the setting.
     """
     if FOLDER not in os.environ:
         kept = place() / f"compiled-{state()}"
@@ -48,7 +48,7 @@ def place() -> Path:
 
 
 def state() -> str:
-    """Return the hash of the text of every module that compiles something, and of what these import."""
+    """Return the hash of the text of every module that compiles kernels, and of the modules that these import."""
     kernels = [path for path in PACKAGE.rglob("*.py") if b"cospeech.kernels.jit import" in path.read_bytes()]
     digest = hashlib.sha256()
     for path in sorted({path for kernel in kernels for path in closure(kernel)}):

@@ -1,1 +1,1 @@
-"""Markov models of label and feature streams, with their compiled kernels."""
+"""Markov models of sequences of symbols and features, with their compiled kernels."""

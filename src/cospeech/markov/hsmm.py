@@ -12,7 +12,7 @@ and P(duration >= k) takes the place of d(k).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -21,15 +21,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats, Integers
-from cospeech.data.segments import check
 from cospeech.errors import UserError
 from cospeech.markov import hsmm_kernels
 
 Censoring = Literal["none", "right"]
 Smoothing = Literal["none", "additive", "kernel"]
 
-TABLES = ("initial", "transitions", "emissions", "durations")
-"""The four tables that are a model: each has a schema and a field of the model of its name."""
+_ARRAYS = ("initial", "transitions", "emissions", "durations")
+"""The attributes of a model that are arrays."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +56,12 @@ class HSMM(_Parameters):
     """
 
 
-SemiMarkov = HSMM
-
-
 @dataclass(frozen=True)
 class Counts(_Parameters):
     """The counts of eq. 5.5-5.8, of one sequence or summed over several; shapes as in ``HSMM``."""
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(self.states, self.symbols, *(getattr(self, name) + getattr(other, name) for name in _ARRAYS))
-
-
-_ARRAYS = ("initial", "transitions", "emissions", "durations")
 
 
 class Path(NamedTuple):
@@ -191,59 +184,6 @@ def _smoothed(histograms: Floats, smoothing: Smoothing, amount: float) -> Floats
     return histograms @ (kernel / kernel.sum(axis=1, keepdims=True))  # rows sum to 1, so that edges lose no segment
 
 
-def to_tables(model: HSMM, frame_s: float, floor: float | None = None) -> dict[str, pd.DataFrame]:
-    """Return the model as tables of the schemas ``TABLES``; ``floor`` is the floor that was used."""
-    states, symbols = (np.array(names, dtype=object) for names in (model.states, model.symbols))
-    n_states, n_bins = model.durations.shape
-    bins = np.tile(np.arange(1, n_bins + 1), n_states)
-    keys = {
-        "initial": {"gesture": states},
-        "transitions": {"from_gesture": np.repeat(states, n_states), "to_gesture": np.tile(states, n_states)},
-        "emissions": {"gesture": np.repeat(states, len(symbols)), "prosody": np.tile(symbols, n_states)},
-        "durations": {"gesture": np.repeat(states, n_bins), "bin": bins, "duration_s": bins * frame_s},
-    }
-    shared = {"floor": np.nan if floor is None else floor, "actor": None}
-    return {
-        name: pd.DataFrame({**key, "probability": getattr(model, name).ravel(), **shared})
-        for name, key in keys.items()
-    }
-
-
-def from_tables(tables: Mapping[str, pd.DataFrame]) -> HSMM:
-    """Return the model that ``tables`` (of the schemas ``TABLES``) hold; states in the order of ``initial``.
-
-    Raises
-    ------
-    UserError : where a table lacks a probability of the model, or has one of a state that ``initial`` lacks.
-    """
-    states = tuple(tables["initial"]["gesture"])
-    symbols = tuple(dict.fromkeys(tables["emissions"]["prosody"]))
-    bins = tuple(range(1, int(tables["durations"]["bin"].max()) + 1))
-    return HSMM(
-        states=states,
-        symbols=symbols,
-        initial=tables["initial"]["probability"].to_numpy(dtype=float).copy(),
-        transitions=_matrix(tables, "transitions", "from_gesture", states, "to_gesture", states),
-        emissions=_matrix(tables, "emissions", "gesture", states, "prosody", symbols),
-        durations=_matrix(tables, "durations", "gesture", states, "bin", bins),
-    )
-
-
-def _matrix(
-    tables: Mapping[str, pd.DataFrame], name: str, row: str, rows: tuple[str, ...], column: str, columns: tuple
-) -> Floats:
-    table = tables[name]
-    row_of, column_of = ({key: place for place, key in enumerate(keys)} for keys in (rows, columns))
-    if not set(table[row]) <= set(rows) or not set(table[column]) <= set(columns):
-        raise UserError(f"{name} table: has a row of a gesture that the table of initial probabilities lacks")
-    matrix = np.full((len(rows), len(columns)), np.nan)
-    matrix[table[row].map(row_of), table[column].map(column_of)] = table["probability"]
-    missing = np.argwhere(np.isnan(matrix))
-    if len(missing):
-        raise UserError(f"{name} table: lacks {row} '{rows[missing[0, 0]]}', {column} '{columns[missing[0, 1]]}'")
-    return matrix
-
-
 def decode(model: HSMM, observations: npt.ArrayLike, weight: float = 1.0, censoring: Censoring = "none") -> Path:
     """Return the best path (Özkul 2012, eq. 5.9 and Alg. 1; the first segment may end at any t <= D).
 
@@ -346,20 +286,6 @@ def log_likelihood(
 ) -> float:
     """Return the log of the sum of exp(score) over all paths: the log-likelihood if ``weight`` is 1."""
     return _filter(_logs(model, observations, weight, censoring))[3]
-
-
-def path_score(
-    tables: Mapping[str, pd.DataFrame],
-    phrases: pd.DataFrame,
-    observations: npt.ArrayLike,
-    weight: float = 1.0,
-    censoring: Censoring = "none",
-) -> float:
-    """Return the score of the path ``phrases`` (a segment table over ``observations``) by the tables alone."""
-    model = from_tables(tables)
-    check(phrases, "phrases")
-    states = encode(phrases["label"], model.states, "phrases")
-    return _score(_logs(model, observations, weight, censoring), phrases["start_frame"].to_numpy(), states)
 
 
 class _Logs(NamedTuple):

@@ -1,8 +1,8 @@
 """Vectors of ``LANES`` float64 for compiled kernels.
 
-Whether a compiler turns a loop over scalars into vector code is chance; kernels that calculate with vectors say so.
-A vector is taken from the last axis of an array, which holds ``LANES`` numbers, and put back there; in between it is
-calculated with like a float, and with floats. A product and a sum become one rounding where the processor can.
+Whether a compiler vectorises a loop over scalars is a matter of luck; these vectors are explicit. A vector is loaded
+from the last axis of an array, which has the length ``LANES``, and stored there; in between it is used like a float,
+also together with floats. Products and sums are fused where the processor can.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from cospeech.kernels.jit import njit
 intrinsic: Any = extending.intrinsic  # its own type counts what numba passes among the arguments of a call
 
 LANES = 8
-"""Two registers of AVX2, one of AVX-512; elsewhere what the compiler makes of it."""
+"""Two registers of AVX2, or one of AVX-512; on other processors the compiler chooses."""
 
 FUSE = ("contract",)
-"""Fast-math flags of all arithmetic: allow a product and a sum to be rounded once."""
+"""Fast-math flags of all arithmetic: a product and a sum may be rounded once."""
 
 LEAST = -990.0
 TINY = 2.0**LEAST
-"""The least value of ``exp2``: what is smaller counts as this much."""
+"""The minimum of ``exp2``: smaller values are replaced by it."""
 
 ROUND = 1.5 * 2.0**52
-"""Added to a number, leaves its nearest integer in the last bits of the sum."""
+"""Added to a number, this puts its nearest integer into the last bits of the sum."""
 
 WIDE, INTS = (ir.VectorType(kind, LANES) for kind in (ir.DoubleType(), ir.IntType(64)))
 
@@ -48,14 +48,14 @@ lanes = Lanes()
 
 @register_model(Lanes)
 class LanesModel(models.PrimitiveModel):
-    """A vector is one value of LLVM, kept in a register."""
+    """A vector is one LLVM value in a register."""
 
     def __init__(self, manager: Any, numba_type: Any) -> None:
         super().__init__(manager, numba_type, WIDE)
 
 
 def _wide(builder: Any, value: Any) -> Any:
-    """Return a vector as it is, and a float in every lane."""
+    """Return a vector as it is, and a float as a vector with it in every lane."""
     if value.type == WIDE:
         return value
     one = builder.insert_element(ir.Constant(WIDE, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
@@ -64,7 +64,7 @@ def _wide(builder: Any, value: Any) -> Any:
 
 
 def _operator(function: Any, method: str) -> None:
-    """Teach numba one operation of two vectors, or of a vector and a float."""
+    """Register an operation on two vectors, or on a vector and a float, with numba."""
     pairs = ((lanes, lanes), (lanes, types.float64), (types.float64, lanes))
 
     def lower(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -83,14 +83,14 @@ for _function, _method in ((operator.add, "fadd"), (operator.sub, "fsub"), (oper
 
 
 def _pointer(context: Any, builder: Any, array_type: Any, array: Any, index_type: Any, index: Any) -> Any:
-    """Return where the vector ``array[index]`` lies; ``index`` is of all axes but the last."""
+    """Return the address of the vector ``array[index]``; ``index`` is of all axes but the last."""
     fields = context.make_array(array_type)(context, builder, array)
     places = [
         context.cast(builder, place, of, types.intp)
         for place, of in zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
     ]
     places.append(context.get_constant(types.intp, 0))
-    # That the last axis is known spares the loops much calculation of addresses.
+    # The known length of the last axis simplifies the calculation of addresses in loops.
     shape = [*cgutils.unpack_tuple(builder, fields.shape)[:-1], context.get_constant(types.intp, LANES)]
     strides = cgutils.unpack_tuple(builder, fields.strides)
     place = cgutils.get_item_pointer2(context, builder, fields.data, shape, strides, "C", places)
@@ -110,7 +110,7 @@ def take(_typing: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def put(_typing: Any, array: Any, index: Any, _value: Any) -> Any:
-    """Make ``array[index]`` the vector given; see ``take``."""
+    """Store a vector in ``array[index]``; see ``take``."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         pairs = zip(signature.args[:2], arguments[:2], strict=True)
@@ -143,12 +143,12 @@ def where_greater(_typing: Any, _a: Any, _b: Any, _yes: Any, _no: Any) -> Any:
 
 @njit(inline="always")
 def greater(a: Any, b: Any) -> Any:
-    """Return the greater in each lane, ``b`` where they are not ordered."""
+    """Return the greater value in each lane, that of ``b`` if they are not ordered."""
     return where_greater(a, b, a, b)
 
 
 def _reduce(builder: Any, value: Any, combine: Any) -> Any:
-    """Return a vector's lanes combined into one number: halves, quarters and so on, always in this order."""
+    """Return the lanes of a vector combined into one number, by halves, quarters and so on, always in this order."""
     width = LANES
     while width > 1:
         width //= 2
@@ -162,7 +162,7 @@ def _reduce(builder: Any, value: Any, combine: Any) -> Any:
 
 @intrinsic
 def total(_typing: Any, _value: Any) -> Any:
-    """Return the sum of a vector's lanes."""
+    """Return the sum of the lanes of a vector."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return _reduce(builder, arguments[0], builder.fadd)
@@ -172,7 +172,7 @@ def total(_typing: Any, _value: Any) -> Any:
 
 @intrinsic
 def greatest(_typing: Any, _value: Any) -> Any:
-    """Return the greatest of a vector's lanes."""
+    """Return the greatest lane of a vector."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return _reduce(builder, arguments[0], lambda a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
@@ -182,7 +182,7 @@ def greatest(_typing: Any, _value: Any) -> Any:
 
 @intrinsic
 def first_lane(_typing: Any, _value: Any, _sought: Any) -> Any:
-    """Return the first lane that equals ``sought``, at least ``LANES`` where none does."""
+    """Return the index of the first lane that equals ``sought``, at least ``LANES`` if none does."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         value, sought = arguments
@@ -195,7 +195,7 @@ def first_lane(_typing: Any, _value: Any, _sought: Any) -> Any:
 
 @intrinsic
 def _times_power(_typing: Any, _value: Any, _shifted: Any) -> Any:
-    """Return ``value`` times 2 to the integer that the last bits of ``shifted`` hold."""
+    """Return ``value`` times 2 to the power of the integer in the last bits of ``shifted``."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         value, shifted = (builder.bitcast(argument, INTS) for argument in arguments)
@@ -209,8 +209,8 @@ def _times_power(_typing: Any, _value: Any, _shifted: Any) -> Any:
 def exp2(x: Any) -> Any:
     """Return 2^x for x <= 1000, at least ``TINY``, to a relative error of 5e-16.
 
-    A polynomial of degree 10 (interpolation at Chebyshev nodes) on [-1/2, 1/2], and the rest into the exponent bits.
-    It is evaluated by pairs (Estrin): Horner's scheme would wait for each of its ten steps.
+    A polynomial of degree 10 (interpolated at Chebyshev nodes) on [-1/2, 1/2]; the integer part is added to the
+    exponent bits. It is evaluated in pairs (Estrin), because the ten steps of Horner's scheme depend on each other.
     """
     x = greater(x, each(LEAST))
     shifted = x + ROUND

@@ -1,8 +1,8 @@
-"""The parallel HMM of Özkul 2012, 4.1 (Sargin 2006, 4.2.1): M left-to-right branches of N states that share one node.
+"""The parallel HMM of Özkul 2012, 4.1 (Sargin 2006, 4.2.1): M left-to-right branches of N states from a shared node.
 
-A sequence starts at the node, enters the first state of branch m with probability ``entry[m]``, goes through the
-branch state by state, staying in each with probability ``stay``, returns from the last state to the node, and may end
-in any state. One pass through a branch is one segment. Densities are Gaussian with diagonal covariance.
+A sequence starts at the node, enters the first state of branch m with probability ``entry[m]``, passes through the
+states of the branch in order, staying in each with probability ``stay``, and returns from the last state to the node.
+It may end in any state. One pass through a branch is one segment. Densities are Gaussian with diagonal covariance.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ __all__ = ["FREE", "MUST", "NEVER", "Clamp", "Counts", "ParallelHMM", "Path"]
 
 
 LEAST_OCCUPANCY = 1e-3
-"""A state that is expected to hold fewer frames keeps its parameters in the M-step."""
+"""States with fewer expected frames keep their parameters in the M-step."""
 
 LEAST_STAY, MOST_STAY = 1e-6, 1.0 - 1e-6
-"""Limits of the self-transition, so that no state becomes a trap."""
+"""Limits of the self-transition probability, so that no state is absorbing."""
 
 
 class ParallelHMM(NamedTuple):
-    """The parameters: ``entry`` (M,), ``stay`` (M, N), ``mean`` and ``variance`` (M, N, D)."""
+    """A model: ``entry`` (M,), ``stay`` (M, N), ``mean`` and ``variance`` (M, N, D)."""
 
     entry: Floats
     stay: Floats
@@ -38,10 +38,12 @@ class ParallelHMM(NamedTuple):
 
 
 class Clamp(NamedTuple):
-    """What is known of one sequence of T frames.
+    """Constraints on the path of a sequence of T frames.
 
-    ``allowed`` (T, M) of bool: the branches that may be active. ``cuts`` (T,) of int8: whether a segment begins
-    there (``FREE``, ``MUST``, ``NEVER``).
+    Attributes
+    ----------
+    allowed : (T, M) of bool, the branches that may be active in each frame; (0, M) if all may.
+    cuts : (T,) of int8, whether segments begin in each frame: ``FREE``, ``MUST`` or ``NEVER``; (0,) if all are free.
     """
 
     allowed: npt.NDArray[np.bool_]
@@ -49,11 +51,15 @@ class Clamp(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """Expected counts of an E-step; state s = n * M + m is place n of branch m.
+    """Expected counts of an E-step; state s = n * M + m is the n-th of branch m.
 
-    ``entered`` (M,) segments of each branch; ``occupied``, ``stayed``, ``left`` (S,) frames in each state, and
-    transitions to itself and away from it; ``first``, ``second`` (D, S) sums over the state's frames of the features
-    less ``pivot`` (D,), and of their squares.
+    Attributes
+    ----------
+    entered : (M,) segments of each branch.
+    occupied : (S,) frames in each state.
+    stayed, left : (S,) transitions of each state to itself and to another one.
+    first, second : (D, S) sums of the features minus ``pivot`` (D,), and of their squares, over the frames of each
+        state.
     """
 
     log_likelihood: float
@@ -67,7 +73,7 @@ class Counts(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """What ``parallel_scaled.expect`` counts, states in vectors."""
+    """The counts of ``parallel_scaled.expect``, with the states in vectors."""
 
     log_likelihood: float
     entered: Floats
@@ -79,7 +85,7 @@ Summed = TypeVar("Summed", Counts, Sums)
 
 
 class Path(NamedTuple):
-    """The most likely path: ``branch`` (T,), whether a segment ``begins`` (T,), and its log-probability."""
+    """A path: ``branch`` (T,), whether a segment ``begins`` (T,) in each frame, and its log-probability."""
 
     branch: npt.NDArray[np.int64]
     begins: npt.NDArray[np.bool_]
@@ -87,19 +93,19 @@ class Path(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A trained model and the log-likelihoods on the way to it, (iterations + 1,); the last is its own."""
+    """A trained model, and the log-likelihoods (iterations + 1,) during training; the last is that of the model."""
 
     model: ParallelHMM
     log_likelihoods: Floats
 
 
 def unclamped(n_branches: int) -> Clamp:
-    """Return the clamp that forbids nothing, for sequences of any length."""
+    """Return a clamp without constraints for sequences of any length."""
     return Clamp(np.ones((0, n_branches), dtype=bool), np.zeros(0, dtype=np.int8))
 
 
 def _flat(values: Floats) -> Floats:
-    """Return (M, N, ...) as (N * M, ...), place by place."""
+    """Return (M, N, ...) as (N * M, ...)."""
     return np.ascontiguousarray(np.swapaxes(values, 0, 1)).reshape(-1, *values.shape[2:])
 
 
@@ -109,7 +115,7 @@ def _by_branch(values: Floats, n_branches: int) -> Floats:
 
 
 class Packed(NamedTuple):
-    """The parameters as kernels take them: state s = n * M + m is place n of branch m; densities in log2."""
+    """The parameters as kernels take them: state s = n * M + m is the n-th of branch m; densities in log2."""
 
     entry: Floats
     stay: Floats
@@ -130,14 +136,14 @@ def _packed(model: ParallelHMM) -> Packed:
 
 
 def _in_logs(packed: Packed, base: float) -> Packed:
-    """Return the parameters with logarithms of the probabilities."""
+    """Return the parameters with probabilities as logarithms."""
     with np.errstate(divide="ignore"):
         entry, stay, leave = (np.log(values) / np.log(base) for values in packed[:3])
     return packed._replace(entry=entry, stay=stay, leave=leave)
 
 
 def _in_lanes(packed: Packed) -> Packed:
-    """Return the parameters with states in vectors; the branches that fill the last vector up are never seen."""
+    """Return the parameters with states in vectors; the branches that pad the last vector are never entered."""
     n_branches = len(packed.entry)
     stay, leave, weight, shift = (_vectors(values, n_branches, 0.0) for values in packed[1:5])
     constant = _vectors(packed.constant, n_branches, -np.inf)
@@ -145,9 +151,9 @@ def _in_lanes(packed: Packed) -> Packed:
 
 
 class Forms(NamedTuple):
-    """The parameters state by state, and in lanes for scaled probabilities.
+    """The parameters state by state (``packed``), and in vectors for scaled probabilities (``scaled``).
 
-    ``ceiling`` is a log2 density that no state exceeds: those of ``scaled`` are relative to it.
+    The densities of ``scaled`` are relative to ``ceiling``, a log2 density that no state exceeds.
     """
 
     n_branches: int
@@ -174,7 +180,7 @@ def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
 
 
 def _states(vectors: Floats, n_branches: int) -> Floats:
-    """Return what ``_vectors`` was given."""
+    """Return the values that ``_vectors`` was called with."""
     n_groups, rest = -(-n_branches // LANES), vectors.shape[1:-1]
     by_place = vectors.swapaxes(1, -1).reshape(-1, n_groups * LANES, *rest)
     return by_place[:, :n_branches].reshape(-1, *rest)
@@ -185,7 +191,7 @@ def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | N
 
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
-    """Return log P(frames | model) of one sequence (T, D), over the paths that ``clamp`` admits."""
+    """Return log P(frames | model) of a sequence (T, D), summed over the paths that ``clamp`` admits."""
     forms, known = _forms(model), clamp or unclamped(len(model.entry))
     found = _expect_scaled(forms, frames, known).log_likelihood
     return found if np.isfinite(found) else _expect_exact(forms, frames, known).log_likelihood
@@ -194,11 +200,11 @@ def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = Non
 def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None = None) -> Counts:
     """Return the expected counts of all sequences (the E-step of Baum-Welch).
 
-    Each is counted in scaled probabilities or, where these are unsure, in logarithms.
+    Scaled probabilities are used for each sequence, or logarithms if these are not reliable.
 
     Raises
     ------
-    UserError : where the clamp of a sequence admits no path.
+    UserError : if the clamp of a sequence admits no path.
     """
     forms = _forms(model)
     sums: Sums = _nothing(forms)
@@ -210,7 +216,9 @@ def expect(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | No
             continue
         counts.append(_expect_exact(forms, frames, clamp))
         if counts[-1].log_likelihood == -np.inf:
-            raise UserError(f"sequence {index} of {len(frames)} frames: no path through the model keeps its clamps")
+            raise UserError(
+                f"sequence {index} of {len(frames)} frames: no path through the model satisfies its constraints"
+            )
     total = _counts(forms, sums)
     for exact in counts:
         total = _sum(total, exact)._replace(pivot=total.pivot)
@@ -238,7 +246,7 @@ def _counts(forms: Forms, sums: Sums) -> Counts:
     n_branches, n_features = forms.n_branches, len(forms.scaled.pivot)
     begun = _states(sums.entered, n_branches)
     moments = _states(sums.moments, n_branches).T
-    # What enters a branch goes through it place by place, but for what the end of the sequence finds on its way.
+    # What enters a branch passes through all of its states, except for what is in it at the end of the sequence.
     ended = np.cumsum(_states(sums.final, n_branches).reshape(-1, n_branches), axis=0)
     left = np.maximum(begun - ended, 0.0)
     arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
@@ -259,10 +267,10 @@ def _expect_exact(forms: Forms, frames: Floats, clamp: Clamp) -> Counts:
 
 
 def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
-    """Return the model that the expected counts make most likely (the M-step of Baum-Welch).
+    """Return the maximum likelihood model of the expected counts (the M-step of Baum-Welch).
 
-    Variances are at least ``floor`` (D,): the best that this limit allows, so that the likelihood still cannot fall.
-    A state without frames keeps its parameters.
+    Variances are at least ``floor`` (D,); this is the constrained maximum, so that the likelihood cannot decrease.
+    States without frames keep their parameters.
     """
     n_branches = len(model.entry)
     moves = counts.stayed + counts.left
@@ -293,14 +301,10 @@ def fit(
     Parameters
     ----------
     sequences : (T, D) each, with the features of the model.
-    floor : (D,) least variance of each feature.
-    iterations : at most this many updates.
-    tolerance : stop when an update gains less log-likelihood a frame.
-    clamps : one a sequence, or None.
-
-    Returns
-    -------
-    The trained model; the last of the log-likelihoods is its own.
+    floor : (D,) minimum variance of each feature.
+    iterations : maximum number of updates.
+    tolerance : stop when the log-likelihood gain per frame falls below this.
+    clamps : one per sequence, or None.
     """
     model = model._replace(
         variance=np.maximum(model.variance, floor), stay=np.clip(model.stay, LEAST_STAY, MOST_STAY)
@@ -319,25 +323,25 @@ def fit(
 
 
 def decode(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> Path:
-    """Return the most likely path through the model for one sequence (T, D) (Viterbi; Özkul 2012, 4.2).
+    """Return the most likely path through the model for a sequence (T, D) (Viterbi; Özkul 2012, 4.2).
 
-    Two passes through one branch in succession are two segments: the second begins where ``begins`` says so.
+    Two successive passes through the same branch are two segments; ``begins`` marks the start of the second.
 
     Raises
     ------
-    UserError : where the clamp admits no path.
+    UserError : if the clamp admits no path.
     """
     allowed, cuts = clamp or unclamped(len(model.entry))
     branch, begins = np.empty(len(frames), dtype=np.int64), np.empty(len(frames), dtype=bool)
     packed = _in_lanes(_in_logs(_packed(model), 2.0))
     score = parallel_viterbi.decode(frames, allowed, cuts, *packed, branch, begins) * np.log(2.0)
     if score == -np.inf:
-        raise UserError(f"a sequence of {len(frames)} frames: no path through the model keeps its clamps")
+        raise UserError(f"a sequence of {len(frames)} frames: no path through the model satisfies its constraints")
     return Path(branch, begins, float(score))
 
 
 def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArray[np.bool_]) -> Floats:
-    """Return log P(segment | branch) of every segment of one sequence under every branch alone, shape (L, M)."""
+    """Return log P(segment | branch) of every segment of a sequence for every branch, (L, M)."""
     starts = np.append(np.flatnonzero(begins), len(frames))
     found = np.empty((len(starts) - 1, len(model.entry)))
     parallel_exact.branch_likelihoods(frames, starts, *_in_logs(_packed(model), np.e)[1:], found)
@@ -345,14 +349,14 @@ def branch_log_likelihoods(model: ParallelHMM, frames: Floats, begins: npt.NDArr
 
 
 def alpha(log_likelihood: float, n_frames: int) -> float:
-    """Return the fitness alpha: mean log-likelihood a frame (Sargin 2006, 4.14)."""
+    """Return the fitness measure alpha, the log-likelihood per frame (Sargin 2006, 4.14)."""
     return log_likelihood / n_frames
 
 
 def beta(model: ParallelHMM, sequences: list[Floats], paths: list[Path]) -> float:
-    """Return the fitness beta: how far the best branch leads the second, a frame (Sargin 2006, 4.15-4.16).
+    """Return the fitness measure beta, the mean log-likelihood ratio of the two best branches per frame.
 
-    A model of one branch has none: NaN.
+    See Sargin 2006, 4.15-4.16. It is NaN for a model with one branch.
     """
     if len(model.entry) < 2:
         return np.nan

@@ -1,8 +1,8 @@
-"""Compiled densities of the parallel HMM, of a block of frames in all states.
+"""Compiled densities of the parallel HMM, for a block of frames in all states.
 
-States lie in vectors: branches are the lanes, filled up to G whole groups with branches that are never entered, so
-that vector v = p * G + g is place p of the branches of group g, and V = N * G. Logarithms are to the base 2, which
-spares the exponential its reduction by log 2.
+States are stored in vectors whose lanes are branches. The branches are padded to G full groups with branches that are
+never entered. Vector v = p * G + g holds the p-th states of the branches in group g, and there are V = N * G vectors.
+Logarithms have the base 2, which makes the exponential cheaper.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ BLOCK = 128
 """Frames in a block, and between two checkpoints of a forward pass; a multiple of ``ABREAST``."""
 
 ABREAST = 4
-"""Frames that share what is read of the parameters."""
+"""Number of frames that are computed with one read of the parameters."""
 
 
 @njit
 def copy(source: Floats, target: Floats) -> None:
-    """Copy an array (V, LANES); an assignment would bring its error messages along, which compile for seconds."""
+    """Copy an array (V, LANES); an assignment would take seconds to compile because of its error messages."""
     for v in range(len(source)):
         put(target, (v,), take(source, (v,)))
 
@@ -36,9 +36,9 @@ def scale(states: Floats, factor: float) -> None:
 
 @njit
 def load(frames: Floats, start: int, pivot: Floats, block: Floats) -> int:
-    """Fill ``block`` (BLOCK, D) with the frames from ``start`` less ``pivot``, 0 after the last; return how many."""
+    """Fill ``block`` (BLOCK, D) with the frames from ``start`` on minus ``pivot``, then 0; return their number."""
     n = min(BLOCK, len(frames) - start)
-    loaded = frames[start : start + n]  # rows from 0 on: none of them can be meant to count from the end
+    loaded = frames[start : start + n]  # rows from 0 on, so that no index can be negative
     for k in range(n):
         for d in range(len(pivot)):
             block[k, d] = loaded[k, d] - pivot[d]
@@ -48,7 +48,7 @@ def load(frames: Floats, start: int, pivot: Floats, block: Floats) -> int:
 
 @njit
 def bar(start: int, n: int, allowed: Flags, density: Floats, nothing: float) -> None:
-    """Put ``nothing`` into ``density`` (BLOCK, V, LANES) where a branch is not allowed."""
+    """Set ``density`` (BLOCK, V, LANES) to ``nothing`` where a branch is not allowed."""
     n_lanes = (allowed.shape[1] + LANES - 1) // LANES * LANES
     for k in range(n if len(allowed) > 0 else 0):
         states = density[k].reshape(-1, n_lanes)
@@ -59,7 +59,7 @@ def bar(start: int, n: int, allowed: Flags, density: Floats, nothing: float) -> 
 
 @njit(inline="always")
 def _abreast(k: int, v: int, block: Floats, weight: Floats, shift: Floats, constant: Floats) -> Any:
-    """Return the log2 densities of the states of vector v in the frames from k on."""
+    """Return the log2 densities of the states of vector v in the ABREAST frames from k on."""
     l0 = l1 = l2 = l3 = take(constant, (v,))
     for d in range(weight.shape[1]):
         w, s = take(weight, (v, d)), take(shift, (v, d))
@@ -83,7 +83,7 @@ def log_densities(n: int, block: Floats, weight: Floats, shift: Floats, constant
 
 @njit
 def densities(n: int, block: Floats, weight: Floats, shift: Floats, constant: Floats, density: Floats) -> None:
-    """Fill ``density`` (BLOCK, V, LANES) with densities less ``TINY``: 0 where they are not greater."""
+    """Fill ``density`` (BLOCK, V, LANES) with densities minus ``TINY``, which is 0 if they are not greater."""
     for k in range(0, n, ABREAST):
         for v in range(len(constant)):
             l0, l1, l2, l3 = _abreast(k, v, block, weight, shift, constant)

@@ -1,6 +1,6 @@
-"""Compiled expectation of the parallel HMM in logarithms: exact whatever the range of the densities, and slow.
+"""Compiled E-step of the parallel HMM in logarithms: exact for any range of densities, and slow.
 
-The way out where ``parallel_scaled`` is not sure, state by state and without vectors.
+It is used where the result of ``parallel_scaled`` is not reliable. There are no vectors.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ IMPOSSIBLE = -math.inf
 LOG_2 = math.log(2.0)
 
 NEGLIGIBLE = 40.0
-"""exp of less does not change a sum with 1."""
+"""exp(-x) of greater x does not change a sum with 1."""
 
 
 @njit
@@ -44,7 +44,7 @@ def log_sum(a: Floats, b: Floats) -> float:
 
 @njit
 def _copy(source: Floats, target: Floats) -> None:
-    """Copy a vector; an assignment of arrays would bring its error messages along, which compile for seconds."""
+    """Copy a vector; an assignment would take seconds to compile because of its error messages."""
     for i in range(len(source)):
         target[i] = source[i]
 
@@ -53,7 +53,7 @@ def _copy(source: Floats, target: Floats) -> None:
 def log_densities(
     frame: Floats, allowed: Flags, weight: Floats, shift: Floats, constant: Floats, pivot: Floats, density: Floats
 ) -> None:
-    """Fill ``density`` (S,) with the natural log-density of one frame (D,); ``allowed`` is (M,), or (0,) for all."""
+    """Fill ``density`` (S,) with the natural log densities of a frame (D,); ``allowed`` is (M,), or (0,) for all."""
     for s in range(len(constant)):
         total = 0.0
         for d in range(len(frame)):
@@ -68,9 +68,9 @@ def log_densities(
 def _forward(
     t: int, alpha: Floats, density: Floats, cut: int, entry: Floats, stay: Floats, leave: Floats, after: Floats
 ) -> tuple[float, float]:
-    """Fill ``after`` (S,) from ``alpha`` (S,) one frame earlier; return the shared node between them and the sum.
+    """Fill ``after`` (S,) from ``alpha`` (S,) of the previous frame; return the node between them and the sum.
 
-    Each frame is scaled to the sum 1, so that one of astronomic improbability leaves the others their digits.
+    Each frame is scaled to the sum 1, so that an extremely improbable one does not affect the precision of others.
     """
     n_branches = len(entry)
     node = 0.0 if t == 0 else IMPOSSIBLE if cut == NEVER else log_sum(alpha[-n_branches:], leave[-n_branches:])
@@ -90,7 +90,7 @@ def _forward(
 
 @njit
 def _backward(follow: Floats, cut: int, entry: Floats, stay: Floats, leave: Floats, beta: Floats) -> None:
-    """Fill ``beta`` (S,) of one frame from ``follow`` (S,), density and backward probability of the next."""
+    """Fill ``beta`` (S,) of a frame from ``follow`` (S,), the density times backward probability of the next one."""
     n_branches, n_states = len(entry), len(stay)
     node = IMPOSSIBLE if cut == NEVER else log_sum(follow[:n_branches], entry)
     for s in range(n_states):
@@ -108,17 +108,15 @@ def expect(
     weight: Floats, shift: Floats, constant: Floats, pivot: Floats,
     entered: Floats, occupied: Floats, stayed: Floats, left: Floats, first: Floats, second: Floats,
 ) -> float:  # fmt: skip
-    """Return the log2-likelihood of one sequence and fill its expected counts, all zero so far.
+    """Return the log2-likelihood of a sequence, and add its expected counts to the arrays.
 
     Parameters
     ----------
     frames, allowed, cuts, pivot : see ``parallel_scaled.expect``.
-    entry, stay, leave : (M,), (S,), (S,) natural logarithms of probabilities; state s = n * M + m is place n of
+    entry, stay, leave : (M,), (S,), (S,) natural logarithms of probabilities; state s = n * M + m is the n-th of
         branch m.
-    weight, shift, constant : (S, D), (S, D), (S,) as there.
-    entered : (M,) expected segments of each branch.
-    occupied, stayed, left : (S,) expected frames in each state, transitions to itself and away from it.
-    first, second : (D, S) sums of the features less ``pivot``, and of their squares, over the state's frames.
+    weight, shift, constant : (S, D), (S, D), (S,), as in ``parallel_scaled.expect``.
+    entered, occupied, stayed, left, first, second : see ``parallel.Counts``.
     """
     n_frames, n_states, n_branches = len(frames), len(stay), len(entry)
     clamped = len(allowed) > 0
@@ -184,9 +182,9 @@ def branch_likelihoods(
     pivot: Floats,
     found: Floats,
 ) -> None:
-    """Fill ``found`` (L, M) with log P(segment | branch) of every branch alone: from its first state, ending in any.
+    """Fill ``found`` (L, M) with log P(segment | branch), from the first state of the branch to any of its states.
 
-    ``starts`` (L + 1,) is where the segments begin, and the last ends.
+    ``starts`` (L + 1,) are the first frames of the segments, and the end of the last one.
     """
     n_states, n_branches = len(stay), found.shape[1]
     anything, ending = np.ones(0, np.bool_), np.zeros(n_states // n_branches)

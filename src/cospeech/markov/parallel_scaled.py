@@ -1,13 +1,12 @@
-"""Compiled expectation of the parallel HMM with scaled probabilities: fast, and sure of its result or it says so.
+"""Compiled E-step of the parallel HMM with scaled probabilities: fast, and reliable or reported as unreliable.
 
-Probabilities relative to the greatest density of the model may become too small for a double. Going forward such a
-one is rounded down to nothing, going backward up to ``TINY``: the two passes bound the likelihood from below and from
-above. Where both ends meet, nothing was lost; where not, ``UNSURE`` is returned and the logarithms of
-``parallel_exact`` have to do it.
+Probabilities relative to the greatest density of the model may underflow. The forward pass then rounds them down to
+zero and the backward pass up to ``TINY``, so that the two passes give a lower and an upper bound of the likelihood.
+If the bounds agree, nothing was lost; otherwise ``UNSURE`` is returned, and ``parallel_exact`` must be used.
 
-States lie in vectors as in ``parallel_density``: branches begin in the first place and end in the last, and what
-leaves a place enters the next. Memory hardly grows with the length of a sequence: the forward pass keeps one frame in
-``BLOCK``, and each block is computed anew when the backward pass arrives there, but for the last (see ``KEPT``).
+States are stored in vectors as in ``parallel_density``. Memory hardly grows with the length of a sequence: the
+forward pass keeps one frame in ``BLOCK``, and the backward pass computes each block again, except the last ones (see
+``KEPT``).
 """
 
 from __future__ import annotations
@@ -23,20 +22,20 @@ from cospeech.markov.lanes import LANES, TINY, each, put, take, total
 from cospeech.markov.parallel_density import ABREAST, BLOCK, bar, copy, densities, load, scale
 
 NOTHING = BLOCK + 1
-"""The row of a block's forward probabilities that is always 0."""
+"""The row of the forward probabilities of a block that is always 0."""
 
 KEPT = 576
-"""Vectors of states in all the blocks of which densities and forward probabilities are kept: 10 MB."""
+"""Total number of vectors in the blocks whose densities and forward probabilities are kept: 10 MB."""
 
 FREE, MUST, NEVER = 0, 1, 2
-"""A frame's cut: a segment may begin here, must begin here, or must not."""
+"""A segment may begin in a frame, must begin there, or must not."""
 
 UNSURE = math.nan
 AGREEMENT = 1e-8
-"""Relative difference of the two bounds of a likelihood up to which they are one."""
+"""Maximum relative difference of the two bounds of a likelihood that agree."""
 
 FAINT, LOST = 2.0**-200, 2.0**-600
-"""Sums of a frame's probabilities: below the first they are scaled up, below the second left to logarithms."""
+"""If the sum of the probabilities of a frame is below the first, they are scaled up; below the second, give up."""
 
 Cuts = npt.NDArray[np.int8]
 
@@ -46,11 +45,11 @@ def _forward(
     start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats,
     alphas: Floats, scales: Floats, nodes: Floats,
 ) -> float:  # fmt: skip
-    """Go forward through a block of n frames: rows 1 to n of ``alphas``, ``scales``, ``nodes`` follow from row 0.
+    """Forward pass through a block of n frames: fill rows 1 to n of ``alphas``, ``scales`` and ``nodes`` from row 0.
 
     Returns
     -------
-    The sum of the last row; 0 where a frame lost too much to be sure of.
+    Sum of the last row; 0 if too much was lost in a frame.
     """
     n_vectors, n_groups = len(stay), len(entry)
     node, left = nodes[0], 1.0
@@ -59,7 +58,7 @@ def _forward(
         nodes[k] = 0.0 if cut == NEVER else node
         before = NOTHING if cut == MUST else k
         everywhere, leaving = each(0.0), each(0.0)
-        # The first places come last, as they ask for the node: so its sum is ready when it is needed.
+        # First states come last, because they need the node, whose sum is ready by then.
         for v in range(n_groups, n_vectors):
             stayed = take(alphas, (before, v)) * take(stay, (v,))
             value = take(alphas, (before, v - n_groups)) * take(leave, (v - n_groups,)) + stayed
@@ -90,22 +89,22 @@ def _backward(
     start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats,
     alphas: Floats, scales: Floats, nodes: Floats, beta: Floats, entered: Floats,
 ) -> float:  # fmt: skip
-    """Go backward through a block of n frames: ``beta`` (V, LANES) moves from its last frame to the one before it.
+    """Backward pass through a block of n frames: take ``beta`` (V, LANES) from its last frame to before its first.
 
-    Rows 1 to n of ``alphas`` become posterior probabilities, and the rows of absent frames nothing; the segments that
-    begin are added to ``entered`` (G, LANES).
+    Rows 1 to n of ``alphas`` become posterior probabilities, and the rows of missing frames 0; the expected number of
+    segments that begin is added to ``entered`` (G, LANES).
 
     Returns
     -------
-    What the shared node before the block is worth: at the start of a sequence its likelihood's upper bound, relative
-    to the lower one.
+    Backward probability of the node before the block. At the start of a sequence, this is the upper bound of the
+    likelihood relative to the lower one.
     """
     n_vectors, n_groups = len(stay), len(entry)
     node = 1.0
     for k in range(n - 1, -1, -1):
         cut = cuts[start + k] if len(cuts) > 0 else FREE
         rescaled, worth = scales[k + 1], each(0.0)
-        # What follows a place waits in its ``beta`` until the next place is reached.
+        # The product of a state stays in its ``beta`` until the next state of the branch is reached.
         for v in range(n_groups):
             later = take(beta, (v,))
             put(alphas, (k + 1, v), take(alphas, (k + 1, v)) * later)
@@ -133,7 +132,7 @@ def _backward(
 
 @njit
 def _gather(n: int, block: Floats, gammas: Floats, moments: Floats) -> None:
-    """Add a block's frames in each state, and their features and squares, to ``moments`` (V, 1 + 2 D, LANES)."""
+    """Add the expected frames of a block, and their features and squares, to ``moments`` (V, 1 + 2 D, LANES)."""
     n_features = block.shape[1]
     squares = block * block
     for k in range(0, n, ABREAST):
@@ -156,19 +155,19 @@ def expect(
     frames: Floats, allowed: Flags, cuts: Cuts, entry: Floats, stay: Floats, leave: Floats,
     weight: Floats, shift: Floats, constant: Floats, pivot: Floats, entered: Floats, moments: Floats, final: Floats,
 ) -> float:  # fmt: skip
-    """Return the log2-likelihood of one sequence, or ``UNSURE``, and fill its expected counts, all zero so far.
+    """Return the log2-likelihood of a sequence, or ``UNSURE``, and add its expected counts to the arrays.
 
     Parameters
     ----------
-    frames : (T, D) one sequence.
-    allowed : (T, M) the branches that may be active in each frame; (0, M) where all are, always.
-    cuts : (T,) ``FREE``, ``MUST`` or ``NEVER``: whether a segment begins in a frame; (0,) where all are free.
+    frames : (T, D).
+    allowed : (T, M) the branches that may be active in each frame; (0, M) if all may.
+    cuts : (T,) ``FREE``, ``MUST`` or ``NEVER``; (0,) if all are free.
     entry, stay, leave : (G, LANES), (V, LANES), (V, LANES) probabilities.
-    weight, shift, constant : (V, D, LANES), (V, D, LANES), (V, LANES); log2 density, relative to what no density of
-        the model exceeds, is constant - sum over D of (x weight - shift)^2, with x less ``pivot`` (D,).
+    weight, shift, constant : (V, D, LANES), (V, D, LANES), (V, LANES). The log2 density is constant - sum over D of
+        (x weight - shift)^2, where x is the frame minus ``pivot`` (D,), relative to an upper limit of all densities.
     entered : (G, LANES) expected segments of each branch.
-    moments : (V, 1 + 2 D, LANES) expected frames in each state, and over these the sums of the features less
-        ``pivot``, and of their squares.
+    moments : (V, 1 + 2 D, LANES) expected frames in each state, and the sums of the features minus ``pivot``, and of
+        their squares, over these.
     final : (V, LANES) probability of each state in the last frame.
     """
     n_frames, n_features = frames.shape
@@ -176,8 +175,8 @@ def expect(
     n_blocks = (n_frames + BLOCK - 1) // BLOCK
     block = np.zeros((BLOCK, n_features))
     n_kept = min(n_blocks, max(1, KEPT // n_vectors))
-    first_kept = n_blocks - n_kept  # with the place of its own for each block from here on; those before share it
-    # One array of what is large: the system takes back several after each sequence, and hands them out page by page.
+    first_kept = n_blocks - n_kept  # blocks from here on have their own memory; those before share the first
+    # One array for all that is large: with several, memory would be returned and allocated again for each sequence.
     room, n_densities = np.empty(n_kept * (BLOCK + NOTHING + 1) * stay.size), n_kept * BLOCK * stay.size
     kept = room[:n_densities].reshape(n_kept, BLOCK, n_vectors, LANES)
     alphas = room[n_densities:].reshape(n_kept, NOTHING + 1, n_vectors, LANES)

@@ -1,4 +1,4 @@
-"""Where Baum-Welch starts: a parallel HMM from labelled segments, and from a seeded clustering of segments."""
+"""Initial models for Baum-Welch: a parallel HMM from labelled segments, or from clusters of random segments."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, ParallelHMM
 
 
 def variance_floor(sequences: list[Floats], features: tuple[str, ...], share: float) -> Floats:
-    """Return the least variance of each feature, (D,): a share of its variance over all frames.
+    """Return the minimum variance of each feature, (D,), as a share of its variance over all frames.
 
     Raises
     ------
-    UserError : where a feature has no variance, named from ``features``.
+    UserError : if a feature, named in ``features``, has no variance.
     """
     frames = np.concatenate(sequences)
     spread = frames.std(axis=0)
@@ -28,7 +28,7 @@ def variance_floor(sequences: list[Floats], features: tuple[str, ...], share: fl
 
 
 def from_segments(groups: list[list[Floats]], states: int, floor: Floats) -> ParallelHMM:
-    """Return the model whose branch m was seen in the segments ``groups[m]``, each split evenly into states.
+    """Return the model whose branch m is estimated from the segments ``groups[m]``, each split evenly into states.
 
     A segment (T, D) has at least ``states`` frames.
     """
@@ -58,14 +58,14 @@ def from_segments(groups: list[list[Floats]], states: int, floor: Floats) -> Par
 def from_clusters(
     sequences: list[Floats], n_branches: int, states: int, length: int, floor: Floats, rng: np.random.Generator
 ) -> ParallelHMM:
-    """Return a model whose branches are clusters of segments cut at random, ``length`` frames long on average.
+    """Return a model whose branches are clusters of random segments of ``length`` frames on average.
 
-    A segment is described by the means of its ``states`` parts, each feature in units of its standard deviation,
-    so that the clusters differ in course and not only in level.
+    Segments are clustered by the means of their ``states`` parts, each feature divided by its standard deviation, so
+    that clusters differ in their course over time and not only in their level.
 
     Raises
     ------
-    UserError : where the sequences are too short to give every branch a segment.
+    UserError : if the sequences are too short for one segment per branch.
     """
     cuts = [_cut(len(frames), max(length, states), states, rng) for frames in sequences]
     segments = [piece for frames, cut in zip(sequences, cuts, strict=True) for piece in np.split(frames, cut[1:])]
@@ -83,7 +83,7 @@ def from_clusters(
 
 
 def _cut(n_frames: int, length: int, shortest: int, rng: np.random.Generator) -> Integers:
-    """Return where segments of random length begin, 0.5 to 1.5 times ``length``, at least ``shortest``: (L,)."""
+    """Return the first frames (L,) of segments of 0.5 to 1.5 times ``length`` frames, at least ``shortest``."""
     steps = rng.uniform(0.5, 1.5, size=2 * n_frames // length + 2) * length
     edges = np.cumsum(np.maximum(np.round(steps).astype(np.int64), shortest))
     return np.append(0, edges[edges <= n_frames - shortest])
@@ -100,21 +100,21 @@ def _means(frames: Floats, cut: Integers, states: int) -> Floats:
 
 
 def k_means(points: Floats, n_clusters: int, rng: np.random.Generator, rounds: int = 30) -> Integers:
-    """Return the cluster of every point, (n,): Lloyd's algorithm from k-means++ seeds; no cluster stays empty."""
+    """Return the cluster of every point, (n,), by Lloyd's algorithm with k-means++ seeds; no cluster is empty."""
     centres = points[rng.integers(len(points))][None]
     nearest = ((points - centres[0]) ** 2).sum(axis=1)
     while len(centres) < n_clusters:
-        # Points that coincide with a centre have no weight; where all do, any point will serve.
+        # Points that coincide with a centre have no weight; if all do, any point is drawn.
         weights = nearest / nearest.sum() if nearest.sum() > 0 else None
         centres = np.vstack([centres, points[rng.choice(len(points), p=weights)]])
         nearest = np.minimum(nearest, ((points - centres[-1]) ** 2).sum(axis=1))
     labels = np.full(len(points), -1)
     for _ in range(rounds):
-        # The square of a point is in all its distances: they are told apart without it.
+        # The squared norm of a point is the same in all its distances and can be left out.
         found = ((centres**2).sum(axis=1) - 2.0 * points @ centres.T).argmin(axis=1)
         own = ((points - centres[found]) ** 2).sum(axis=1)
         for empty in np.setdiff1d(np.arange(n_clusters), found):
-            # An empty cluster takes the point that lies farthest from its centre in a cluster of several.
+            # An empty cluster gets the point that is farthest from its centre, of clusters with several points.
             crowded = np.bincount(found, minlength=n_clusters)[found] > 1
             taken = int(np.where(crowded, own, -1.0).argmax())
             found[taken], own[taken] = empty, 0.0

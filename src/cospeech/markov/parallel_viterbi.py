@@ -1,8 +1,8 @@
-"""Compiled decoding of the parallel HMM: the most likely path, without a back pointer for any state.
+"""Compiled decoding of the parallel HMM: the most likely path, without back pointers of states.
 
-Each state carries the frame in which its best path entered the branch, and each frame keeps the best branch to leave
-and that branch's entry: the path is read back segment by segment. Conventions and arguments are those of
-``parallel_scaled``, but that ``entry``, ``stay`` and ``leave`` are logarithms to the base 2.
+Each state carries the frame in which its best path entered the branch, and for each frame the best branch to leave
+and its entry frame are stored: the path is traced back segment by segment. Notation and arguments are those of
+``parallel_scaled``, except that ``entry``, ``stay`` and ``leave`` are logarithms to the base 2.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ IMPOSSIBLE = -math.inf
 
 @njit
 def _place(values: Floats, value: float) -> int:
-    """Return where ``value`` first stands in the array ``values`` of vectors, 0 where nowhere."""
+    """Return the index of the first ``value`` in an array of vectors, 0 if there is none."""
     for v in range(len(values)):
         lane = first_lane(take(values, (v,)), value)
         if lane < LANES:
@@ -35,18 +35,18 @@ def _advance(
     start: int, n: int, cuts: Cuts, density: Floats, entry: Floats, stay: Floats, leave: Floats, node: float,
     score: Floats, since: Floats, exits: Integers,
 ) -> float:  # fmt: skip
-    """Take ``score`` and ``since`` (V, LANES) through a block of n frames; on a tie a path stays where it is.
-
-    Fills ``exits`` (n,) with where the path came from that is best left after each frame: the frame in which it
-    entered its branch, times the number of lanes, plus its branch. ``since`` holds this of the paths to all states.
+    """Advance ``score`` and ``since`` (V, LANES) through a block of n frames; in a tie, a path stays in its state.
 
     Parameters
     ----------
-    node : what the shared node before the block is worth.
+    node : score of the node before the block.
+    since : origin of the best path to each state: the frame in which it entered its branch, times the number of
+        lanes, plus the branch.
+    exits : (n,), filled with the origin of the path that is best left after each frame.
 
     Returns
     -------
-    What the one behind it is worth.
+    Score of the node after the block.
     """
     n_vectors, n_groups = len(stay), len(entry)
     n_lanes = n_groups * LANES
@@ -61,7 +61,7 @@ def _advance(
             node = IMPOSSIBLE
         best = each(IMPOSSIBLE)
         for g in range(n_groups):
-            # From the last place to the first, which asks for the node: so its maximum is ready when it is needed.
+            # From the last state to the first, which needs the node, whose maximum is ready by then.
             end = n_vectors - n_groups + g
             here, own = take(score, (end,)), take(since, (end,))
             for v in range(end, g, -n_groups):
@@ -86,9 +86,9 @@ def decode(
     frames: Floats, allowed: Flags, cuts: Cuts, entry: Floats, stay: Floats, leave: Floats,
     weight: Floats, shift: Floats, constant: Floats, pivot: Floats, branch: Integers, begins: Flags,
 ) -> float:  # fmt: skip
-    """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in a frame; return the log2 score.
+    """Fill the best ``branch`` (T,) and whether a segment ``begins`` (T,) in each frame; return the log2 score.
 
-    Until the path is read back, ``branch`` keeps the exits (see ``_advance``).
+    Until the path is traced back, ``branch`` holds the exits (see ``_advance``).
     """
     n_frames, n_lanes = len(frames), entry.size
     block, density = np.zeros((BLOCK, len(pivot))), np.empty((BLOCK, *stay.shape))

@@ -1,1 +1,1 @@
-"""Measures of agreement between sequences, and their intervals."""
+"""Measures of agreement between sequences, and bootstrap intervals."""

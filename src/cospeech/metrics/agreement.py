@@ -14,7 +14,7 @@ def share_right(actual: Integers, synthesised: Integers) -> float:
     return float(np.mean(actual == synthesised)) if len(actual) else math.nan
 
 
-def kappa(actual: Integers, synthesised: Integers, undefined: float = math.nan) -> float:
+def kappa(actual: Integers, synthesised: Integers, *, undefined: float = math.nan) -> float:
     """Return Cohen's kappa of two label sequences.
 
     It is 1 for equal sequences and 0 for the agreement that the shares of the labels alone lead to by chance

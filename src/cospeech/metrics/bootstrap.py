@@ -1,4 +1,4 @@
-"""Intervals of means over records, by drawing the records again with replacement."""
+"""Bootstrap confidence intervals of means over records."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Counts = npt.NDArray[np.float64]
 
 
 def draws(strata: npt.ArrayLike, samples: int, seed: int, name: str) -> Counts:
-    """Return how often each record is drawn in each bootstrap sample, shape (samples, R).
+    """Return how often each record is drawn in each bootstrap sample, (samples, R).
 
     Parameters
     ----------
-    strata : (R,) the actor of each record; every sample holds as many records of each actor as there are, since
-        the actors are those whom the corpus has and only further records of theirs are imagined.
-    seed, name : the stream of random numbers; the same name draws the same samples.
+    strata : (R,) the actor of each record. Sampling is stratified by actor: the actors are taken as given, and
+        inference is about further records of them.
+    seed, name : the stream of random numbers; the same name gives the same samples.
     """
     stratum = np.asarray(strata)
     rng = random_source(seed, name)
@@ -33,14 +33,17 @@ def draws(strata: npt.ArrayLike, samples: int, seed: int, name: str) -> Counts:
 
 
 def ratios(numerators: Floats, denominators: Floats, counts: Counts) -> Floats:
-    """Return the weighted mean of every group in every bootstrap sample, shape (G, samples).
+    """Return the weighted mean of every group in every bootstrap sample, (G, samples).
 
     Parameters
     ----------
-    numerators, denominators : (G, R) sums over the record's values of weight * value, and of weight.
+    numerators, denominators : (G, R) sums over the values of a record of weight * value, and of weight.
     counts : (samples, R) from ``draws``.
 
-    NaN where a sample holds no record with a defined value. The sums run in a fixed order, whatever the cores.
+    Returns
+    -------
+    Means; NaN for samples without a record with a defined value. The order of summation does not depend on the number
+    of cores.
     """
     with np.errstate(invalid="ignore"):
         return np.einsum("gr,sr->gs", numerators, counts) / np.einsum("gr,sr->gs", denominators, counts)
@@ -49,24 +52,24 @@ def ratios(numerators: Floats, denominators: Floats, counts: Counts) -> Floats:
 def interval(
     samples: Floats, level: float, n_records: npt.ArrayLike, n_strata: npt.ArrayLike
 ) -> tuple[Floats, Floats]:
-    """Return the ends of the percentile interval of every group, shapes (G,).
+    """Return the lower and upper limits of the expanded percentile interval of every group, (G,) each.
 
-    With few records plain percentiles are too narrow: a sample's spread is that of n, not n - 1, and the normal
-    tail is used for Student's. The percentiles are therefore moved outward so that they would give the t interval
-    where the mean is normal (the expanded percentile interval of Hesterberg 2015, The American Statistician 69,
-    section 5.1). They cannot move beyond the extremes of the records: with four, the interval is their range. Of
-    normal values, intervals at 0.95 held the true mean in 0.87 of cases with 4 records, 0.93 with 2 actors of 4, and
-    0.94 with 12 (plain percentiles: 0.78, 0.85, 0.91).
+    With few records, plain percentile intervals are too narrow: the bootstrap variance has the divisor n instead of
+    n - 1, and the tails are normal instead of Student's. The percentiles are therefore moved outwards such that the
+    interval of a normal mean would be its t interval (Hesterberg 2015, The American Statistician 69, section 5.1).
+    They cannot exceed the extremes of the records: with four records, the interval is their range. For normal values,
+    intervals at level 0.95 contained the true mean in 0.87 of all cases with 4 records, 0.93 with 2 actors of 4
+    records each, and 0.94 with 12 records (plain percentiles: 0.78, 0.85, 0.91).
 
     Parameters
     ----------
-    samples : (G, samples) means of the bootstrap samples; NaN ones are left out.
-    level : share of such intervals that ought to hold the true mean.
-    n_records, n_strata : (G,) records with a defined value, and actors among them.
+    samples : (G, samples) means of the bootstrap samples; NaNs are ignored.
+    level : nominal coverage of the interval.
+    n_records, n_strata : (G,) number of records with a defined value, and of actors among them.
 
     Returns
     -------
-    Low and high; NaN where the records are too few to say anything (no more than the actors).
+    Lower and upper limits; NaN if there are no more records than actors.
     """
     records = np.asarray(n_records, dtype=float)
     freedom = records - np.asarray(n_strata, dtype=float)
@@ -81,7 +84,7 @@ def interval(
 
 
 def expanded_tail(level: float, n_records: float, freedom: float) -> float:
-    """Return the share of bootstrap means to leave out on each side; NaN without a degree of freedom."""
+    """Return the tail probability of the expanded percentiles on each side; NaN without a degree of freedom."""
     if freedom <= 0:
         return math.nan
     t = stdtrit(freedom, 0.5 + level / 2)

@@ -1,1 +1,1 @@
-"""The body and its motion: skeleton, markers, unit selection, assembly, smoothing."""
+"""The body and its motion: skeleton, markers, Euler angles, unit selection, assembly and smoothing."""

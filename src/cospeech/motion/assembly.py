@@ -1,8 +1,8 @@
-"""From units to motion: templates stretched to their phrases, joined, smoothed, set on the record's own body.
+"""From selected units to motion: templates are stretched to their phrases, joined, smoothed, and put on the body.
 
-Stretching and bridging turn rotations along the shortest arc (spherical interpolation), which knows neither the
-jump from 180 to -180 degrees nor the lock of Euler angles. The joined motion goes back to Euler angles as one
-continuous curve, on which the filters of figure 6.3 work.
+Stretching and bridging interpolate rotations along the shortest arc (spherical linear interpolation), which is not
+affected by the jump from 180 to -180 degrees and the gimbal lock of Euler angles. The joined motion is converted to
+continuous Euler angles, to which the filters of figure 6.3 are applied.
 """
 
 from __future__ import annotations
@@ -19,13 +19,16 @@ from cospeech.motion import euler, skeleton, smoothing
 from cospeech.motion.unit_selection import Templates
 
 SYNTHESISED = (*skeleton.ARM_JOINTS, "left_hand", "right_hand")
-"""The joints that units move; all others keep the record's own motion (chapter 6, end)."""
+"""The joints that are synthesised; all others keep the motion of the record (chapter 6, end)."""
 
 
 def interpolate(rotations: Floats, positions: Floats) -> Floats:
-    """Return the rotation matrices (m, J, 3, 3) between those of n frames (n, J, 3, 3), along the shortest arc.
+    """Return rotation matrices (m, J, 3, 3) interpolated between those of n frames, along the shortest arc.
 
-    ``positions`` (m,) are fractional frames from 0 to n - 1.
+    Parameters
+    ----------
+    rotations : (n, J, 3, 3).
+    positions : (m,) fractional frame numbers from 0 to n - 1.
     """
     before = np.clip(np.floor(positions).astype(int), 0, len(rotations) - 1)
     after = np.minimum(before + 1, len(rotations) - 1)
@@ -37,9 +40,9 @@ def interpolate(rotations: Floats, positions: Floats) -> Floats:
 
 
 def stretch(rotations: Floats, n_frames: int) -> Floats:
-    """Return a template (n, J, 3, 3) played in ``n_frames`` frames, from its first pose to its last.
+    """Return a template (n, J, 3, 3) resampled to ``n_frames`` frames, from its first pose to its last.
 
-    A single frame shows the middle of the template.
+    A single frame is the middle of the template.
     """
     middle = (len(rotations) - 1) / 2
     positions = np.linspace(0, len(rotations) - 1, n_frames) if n_frames > 1 else np.array([middle])
@@ -47,10 +50,10 @@ def stretch(rotations: Floats, n_frames: int) -> Floats:
 
 
 def join(units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFrame], n_frames: int) -> Floats:
-    """Return the continuous Euler angles (T, J, 3) in degrees of the synthesised joints, not yet smoothed.
+    """Return the continuous Euler angles (T, J, 3) in degrees of the synthesised joints, before smoothing.
 
-    A phrase without a template is bridged from the last pose before it to the first after it; at an end of
-    the record the nearest pose is held.
+    Phrases without a template are interpolated between the last pose before and the first pose after them. At the
+    ends of the record, the nearest pose is held.
     """
     recorded = {
         record: skeleton.rotations(skeleton.angles(motion, SYNTHESISED)) for record, motion in motions.items()
@@ -75,7 +78,7 @@ def _bridge(rotations: Floats, filled: npt.NDArray[np.bool_]) -> Floats:
 
 
 def boundaries(units: pd.DataFrame) -> npt.NDArray[np.int64]:
-    """Return the first frames of the phrases that follow another: where units meet."""
+    """Return the first frames of all phrases except the first, where one unit meets the next."""
     starts = units.loc[units["start_frame"] < units["end_frame"], "start_frame"].to_numpy(dtype=np.int64)
     return np.unique(starts[starts > 0])
 
@@ -88,15 +91,15 @@ def motion(
     filter: str,
     window: int,
 ) -> pd.DataFrame:
-    """Return the motion table of a synthesised record: arms and hands from units, all else its own motion.
+    """Return the motion table of a synthesised record: arms and hands from units, all other joints as recorded.
 
     Parameters
     ----------
     units : table of schema ``units``.
-    pool : templates that it names.
+    pool : the templates that the units refer to.
     motions : motion tables of the training records.
-    own : the record's own motion, for hips, spine, head and legs.
-    filter, window : the smoothing around phrase boundaries.
+    own : motion table of the record itself, for hips, spine, head and legs.
+    filter, window : smoothing around phrase boundaries, see ``smoothing.smooth``.
     """
     angles = join(units, pool, motions, len(own))
     smoothed = smoothing.around_boundaries(angles, boundaries(units), filter, window)
@@ -108,17 +111,18 @@ def motion(
 def trial(
     angles_deg: Floats, starts: npt.NDArray[np.int64], window: int, fps: float, reach_s: float = 1.0
 ) -> pd.DataFrame:
-    """Return the joint angle with the widest jump at a phrase boundary, under each filter (figure 6.3).
+    """Return the joint angle with the largest jump at a phrase boundary, smoothed by each filter (figure 6.3).
 
     Parameters
     ----------
-    angles_deg : (T, J, 3) joined and unsmoothed angles of the synthesised joints.
+    angles_deg : (T, J, 3) joined angles of the synthesised joints before smoothing.
     starts : first frames of the phrases after a boundary.
-    reach_s : how much is shown to either side.
+    window, fps : length of the filters in frames, and frames per second.
+    reach_s : time to show on either side of the boundary.
 
     Returns
     -------
-    Columns filter, window, joint, axis, frame, time_s, angle_deg, boundary_s; no row without a boundary.
+    Columns filter, window, joint, axis, frame, time_s, angle_deg, boundary_s; no rows if there is no boundary.
     """
     columns = ["filter", "window", "joint", "axis", "frame", "time_s", "angle_deg", "boundary_s"]
     if len(starts) == 0:

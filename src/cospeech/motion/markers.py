@@ -1,7 +1,7 @@
-"""The 15 markers of Özkul 2012, Table 2.1: names, colours, and the body part that each is fixed to.
+"""The 15 markers of Özkul 2012, Table 2.1: names, colours, and the body parts that they are attached to.
 
-Red discs are on the most active parts, green and white ones on the others (2.4). What is known of them before any
-film is seen stands here; where exactly they sit on an actor is found by the capture room, and planted by the studio.
+The most active parts have red discs, the others green and white ones (2.4). The exact positions on an actor are
+estimated during capture, and chosen by the virtual studio.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Marker(NamedTuple):
-    """One marker: its name in tables, its colour, and the joint whose body part carries it."""
+    """One marker: its name in tables, its colour, and the joint whose body part it is attached to."""
 
     name: str
     colour: str
@@ -20,7 +20,7 @@ class Marker(NamedTuple):
 RADIUS_M = 0.02
 
 COLOURS = {"red": (200, 30, 40), "green": (40, 175, 70), "white": (235, 235, 230)}
-"""Red, green and blue of each colour in full light."""
+"""Red, green and blue of each colour under full illumination."""
 
 MARKERS = (
     Marker("head_left", "green", "head"),

@@ -1,9 +1,10 @@
-"""The body: joints, bone offsets, Euler angles and forward kinematics.
+"""The skeleton: joints, bone offsets, Euler angles and forward kinematics.
 
-Frame of the world: x to the actor's left, y up, z to where the actor faces; metres. All angles zero is a person
-who stands upright with hanging arms, palms to the thighs; a joint's angles turn its body part in the frame of its
-parent. Order: R = Rx(x) Rz(z) Ry(y), so that for a hanging arm x lifts forward (negative) or back, z lifts to the
-side, and y turns about the bone; the order locks only at z = +-90 degrees, with the arm straight out to the side.
+World frame: x to the actor's left, y up, z in the direction that the actor faces, in metres. With all angles zero,
+the actor stands upright with hanging arms and palms facing the thighs. The angles of a joint rotate its body part in
+the frame of the parent. The order is R = Rx(x) Rz(z) Ry(y): for a hanging arm, x lifts it forward (negative) or
+backward, z lifts it to the side, and y rotates it about the bone. Gimbal lock occurs only at z = +-90 degrees, with
+the arm straight out to the side.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ EULER_ORDER = "XZY"
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint: its parent and its place in the parent's frame, in metres, at zero angles."""
+    """One joint: its parent, and its position in the frame of the parent in metres."""
 
     name: str
     parent: str | None
@@ -57,7 +58,7 @@ TIPS_M = {
     "left_foot": (0.0, -0.05, 0.18),
     "right_foot": (0.0, -0.05, 0.18),
 }
-"""The far end of the body parts that have no further joint, in the frame of their joint."""
+"""The far ends of body parts without a further joint, in the frame of their joint."""
 
 JOINTS = tuple(joint.name for joint in BODY)
 PARENT = {joint.name: joint.parent for joint in BODY}
@@ -70,27 +71,27 @@ ROOT_COLUMNS = ("root_x_m", "root_y_m", "root_z_m")
 
 
 def angle_columns(joints: tuple[str, ...] = JOINTS) -> list[str]:
-    """Return the names of the angle columns of ``joints`` in a motion table, x, y and z for each."""
+    """Return the names of the angle columns of ``joints`` in a motion table, x, y and z of each."""
     return [f"{joint}_{axis}_deg" for joint in joints for axis in "xyz"]
 
 
 def angles(motion: pd.DataFrame, joints: tuple[str, ...] = JOINTS) -> Floats:
-    """Return the joint angles of a motion table in degrees, shape (T, J, 3), in the order x, y, z."""
+    """Return the joint angles x, y, z of a motion table in degrees, (T, J, 3)."""
     return motion[angle_columns(joints)].to_numpy(dtype=float).reshape(len(motion), len(joints), 3)
 
 
 def rotations(angles_deg: Floats) -> Floats:
-    """Return the rotation matrices (..., 3, 3) of Euler angles (..., 3) given as x, y, z in degrees."""
+    """Return the rotation matrices (..., 3, 3) of Euler angles x, y, z (..., 3) in degrees."""
     return rotation.from_euler(EULER_ORDER, angles_deg[..., [0, 2, 1]])
 
 
 def euler(matrices: Floats) -> Floats:
-    """Return the Euler angles (..., 3) as x, y, z in degrees of rotation matrices (..., 3, 3)."""
+    """Return the Euler angles x, y, z (..., 3) in degrees of rotation matrices (..., 3, 3)."""
     return rotation.to_euler(EULER_ORDER, matrices)[..., [0, 2, 1]]
 
 
 def unwrap(angles_deg: Floats) -> Floats:
-    """Return angles (T, ...) without the jumps of a full turn between neighbouring frames."""
+    """Return angles (T, ...) without jumps of full turns between consecutive frames."""
     return np.unwrap(angles_deg, axis=0, period=360.0)
 
 
@@ -115,16 +116,16 @@ def standing(n_frames: int, fps: float) -> pd.DataFrame:
 
 
 def frame_rate(motion: pd.DataFrame) -> float:
-    """Return the frame rate of a motion table in frames a second, from the centre of its first frame."""
+    """Return the frame rate of a motion table in frames per second, from the time of its first frame."""
     return round(0.5 / float(motion["time_s"].iloc[0]), 6)
 
 
 def chain(root_m: Floats, angles_deg: Floats) -> tuple[Floats, Floats]:
-    """Return the orientation (T, J, 3, 3) and place (T, J, 3) of every joint's frame in the world, in metres.
+    """Return the orientation (T, J, 3, 3) and the position (T, J, 3) in metres of every joint in the world.
 
     Parameters
     ----------
-    root_m : (T, 3) displacement of the hips from their place in ``BODY``.
+    root_m : (T, 3) displacement of the hips from their position in ``BODY``.
     angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
     """
     turned = rotations(angles_deg)
@@ -144,7 +145,7 @@ def forward(root_m: Floats, angles_deg: Floats) -> dict[str, Floats]:
 
     Parameters
     ----------
-    root_m : (T, 3) displacement of the hips from their place in ``BODY``.
+    root_m : (T, 3) displacement of the hips from their position in ``BODY``.
     angles_deg : (T, J, 3) joint angles in the order of ``JOINTS``, degrees.
     """
     turned, placed = chain(root_m, angles_deg)

@@ -1,8 +1,8 @@
-"""Smoothing joint angles where one unit meets the next (Özkul 2012, chapter 6 and figure 6.3).
+"""Smoothing of joint angles where one unit meets the next (Özkul 2012, chapter 6 and figure 6.3).
 
-A filter works on a window of frames. It is laid over the motion around phrase boundaries only: fully at the
-two frames that meet, fading out over one window to either side, and nothing changes beyond. All filters are
-centred, so that the gesture stays in step with the speech.
+A filter has a window of frames. It is applied around phrase boundaries only: fully at the two frames that meet, with
+a fade-out over one window on either side, and not at all beyond. All filters are symmetric, so that gestures are not
+delayed relative to the speech.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ FILTERS = ("none", "exponential", "moving_average", "gaussian", "median")
 
 
 def smooth(values: Floats, filter_name: str, window: int) -> Floats:
-    """Return ``values`` (T, ...) filtered over all frames; the ends see their first and last value go on.
+    """Return ``values`` (T, ...) filtered over all frames; beyond the ends, the first and last value are repeated.
 
     Parameters
     ----------
-    values : (T, ...) continuous signals: angles must be unwrapped.
+    values : (T, ...) continuous signals; angles must be unwrapped.
     filter_name : one of ``FILTERS``.
-    window : length of the filter in frames; an even one counts as the next odd one. 1 changes nothing.
+    window : length of the filter in frames; an even length is rounded up to the next odd one. 1 changes nothing.
     """
     half = window // 2
     if filter_name == "none" or half == 0:
@@ -35,13 +35,13 @@ def smooth(values: Floats, filter_name: str, window: int) -> Floats:
 
 
 def kernel(filter_name: str, window: int) -> Floats:
-    """Return the symmetric weights, sum 1, of a linear filter of ``window`` (odd) frames.
+    """Return the symmetric weights of a linear filter of ``window`` (odd) frames, which sum to 1.
 
-    ``moving_average`` weighs the window equally and ``gaussian`` by a bell whose ends lie at two standard
-    deviations. ``exponential`` is the exponential average with the smoothing factor 2 / (window + 1), which has
-    the mean age of the window, run forward and then backward: weights that fall by (window - 1) / (window + 1) a
-    frame to both sides, cut off at two windows. Its middle weight is close to 1 / window, so that it divides a
-    jump as the moving average does.
+    ``moving_average`` has equal weights, and ``gaussian`` those of a bell curve up to two standard deviations.
+    ``exponential`` is exponential smoothing with the factor 2 / (window + 1), which has the same mean age as the
+    window, applied forward and backward: the weights fall by (window - 1) / (window + 1) per frame on both sides, and
+    are truncated at two windows. The middle weight is close to 1 / window, so that jumps are divided as by the moving
+    average.
     """
     if filter_name == "moving_average":
         weights = np.ones(window)
@@ -50,14 +50,14 @@ def kernel(filter_name: str, window: int) -> Floats:
     elif filter_name == "exponential":
         weights = ((window - 1) / (window + 1)) ** np.abs(np.arange(-2 * window, 2 * window + 1))
     else:
-        raise ValueError(f"no linear filter '{filter_name}'")
+        raise ValueError(f"'{filter_name}' is not a linear filter")
     return weights / weights.sum()
 
 
 def influence(boundaries: npt.ArrayLike, n_frames: int, window: int) -> Floats:
-    """Return how far each frame is filtered, (T,) in [0, 1], given the first frames of phrases.
+    """Return the weight of the filtered values in each frame, (T,) in [0, 1], given the first frames of phrases.
 
-    1 at the two frames that meet, half a cosine down to 0 over ``window`` frames to either side.
+    It is 1 at the two frames that meet and falls to 0 as half a cosine over ``window`` frames on either side.
     """
     meets = np.asarray(boundaries, dtype=float) - 0.5
     if len(meets) == 0:
@@ -70,13 +70,13 @@ def influence(boundaries: npt.ArrayLike, n_frames: int, window: int) -> Floats:
 
 
 def around_boundaries(angles_deg: Floats, boundaries: npt.ArrayLike, filter_name: str, window: int) -> Floats:
-    """Return unwrapped angles (T, ...) smoothed around the first frames of phrases, untouched elsewhere."""
+    """Return unwrapped angles (T, ...) smoothed around the first frames of phrases and unchanged elsewhere."""
     share = influence(boundaries, len(angles_deg), window)
     share = share.reshape(-1, *(1,) * (angles_deg.ndim - 1))
     return angles_deg + share * (smooth(angles_deg, filter_name, window) - angles_deg)
 
 
 def _neighbours(values: Floats, half: int) -> Floats:
-    """Return the ``2 * half + 1`` frames around every frame on a new last axis."""
+    """Return the ``2 * half + 1`` frames around every frame along a new last axis."""
     padded = np.pad(values, [(half, half), *[(0, 0)] * (values.ndim - 1)], mode="edge")
     return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0)

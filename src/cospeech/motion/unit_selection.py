@@ -1,9 +1,9 @@
-"""Unit selection: which recorded gesture stands in for which synthesised phrase (Özkul 2012, chapter 6).
+"""Unit selection: the recorded gesture that is played for each synthesised phrase (Özkul 2012, chapter 6).
 
-Every gesture phrase of the training records is a template of its class. For a synthesised phrase a template
-costs the difference of the two durations in seconds (6.1) and the jump of the joint angles from the template
-before, in radians (6.2), weighed by alpha (6.3). The cheapest sequence of templates is found exactly, by the
-Viterbi algorithm below equation 6.3; as printed there, the first phrase pays its duration penalty unweighted.
+Every gesture phrase of the training records is a template of its class. The cost of a template is the difference
+between its duration and that of the phrase in seconds (6.1), and the jump of the joint angles from the preceding
+template in radians (6.2), weighted by alpha (6.3). The sequence of templates with the least total cost is found with
+the Viterbi algorithm below equation 6.3; as printed there, the duration penalty of the first phrase is not weighted.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from cospeech.motion import skeleton
 
 @dataclass(frozen=True)
 class Templates:
-    """The K gesture phrases of the training records that can be shown.
+    """The K gesture phrases of the training records that can be played.
 
-    ``table`` names each: record, segment, label, first_frame and end_frame in its motion, duration_s.
-    ``begin`` and ``end`` (K, 12) hold the angles of the arm joints in radians at its first and last frame.
+    Attributes
+    ----------
+    table : one row per template: record, segment, label, first_frame and end_frame in its motion, duration_s.
+    begin, end : (K, 12) angles of the arm joints in radians in its first and last frame.
     """
 
     table: pd.DataFrame
@@ -35,7 +37,7 @@ class Templates:
 
 
 class Choice(NamedTuple):
-    """A sequence of L templates: indices, penalties of each (the first jumps from nowhere: NaN), and cost."""
+    """A sequence of L templates: indices, penalties (no continuity penalty for the first: NaN), and total cost."""
 
     template: Integers
     duration_penalty: Floats
@@ -44,9 +46,9 @@ class Choice(NamedTuple):
 
 
 def frame_spans(phrases: pd.DataFrame, n_frames: int, fps: float) -> tuple[Integers, Integers]:
-    """Return the first frame of every phrase and the one after its last, each (L,), on a grid of motion frames.
+    """Return the first frame of every phrase and the one after its last, (L,) each, on a grid of motion frames.
 
-    A frame belongs to the phrase that holds its centre. A phrase too short to hold one has first == end.
+    A frame belongs to the phrase that contains its centre. For a phrase that contains none, the two are equal.
     """
     owner = segments.at_times(phrases, segments.frame_times(n_frames, fps))
     rows = np.arange(len(phrases))
@@ -54,16 +56,16 @@ def frame_spans(phrases: pd.DataFrame, n_frames: int, fps: float) -> tuple[Integ
 
 
 def templates(gestures: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Templates:
-    """Return the templates that the gesture phrases of the training records make.
+    """Return the templates of the gesture phrases of the training records.
 
     Parameters
     ----------
-    gestures : segment table of the training records, and of no other.
-    motions : the motion table of each of these records.
+    gestures : segment table of the training records only.
+    motions : motion table of each of these records.
 
     Raises
     ------
-    UserError : where a record has no motion, or no phrase is long enough to hold a frame.
+    UserError : if a record has no motion, or no phrase contains a frame.
     """
     parts, begins, ends = [], [], []
     for record, rows in gestures.groupby("record", sort=True):
@@ -85,9 +87,9 @@ def templates(gestures: pd.DataFrame, motions: Mapping[str, pd.DataFrame]) -> Te
 
 
 def jumps(ends: Floats, begins: Floats) -> Floats:
-    """Return the continuity penalty (6.2) from each end pose (J, D) to each begin pose (K, D), shape (J, K).
+    """Return the continuity penalties (6.2) from end poses (J, D) to begin poses (K, D), as (J, K).
 
-    The norm of the difference of the joint angle vectors in radians, each angle the short way round.
+    The penalty is the norm of the difference of the joint angles in radians, with each difference in [-pi, pi].
     """
     squares = np.zeros((len(ends), len(begins)))
     for end, begin in zip(ends.T, begins.T, strict=True):
@@ -102,14 +104,14 @@ def cheapest_path(
     jump: Callable[[Integers, Integers], Floats],
     weight: float,
 ) -> Choice:
-    """Return the sequence of templates of least accumulated penalty: steps i to iv below equation 6.3.
+    """Return the sequence of templates with the least accumulated penalty, by steps i to iv below equation 6.3.
 
     Parameters
     ----------
-    candidates : for each of L phrases the indices (K_l,) of the templates of its class.
-    penalties : for each phrase the duration penalties (K_l,) of these templates in seconds.
-    jump : gives the continuity penalties (J, K) in radians from each of J templates to each of K.
-    weight : alpha, the share of continuity in the penalty.
+    candidates : for each of L phrases, the indices (K_l,) of the templates of its class.
+    penalties : for each phrase, the duration penalties (K_l,) of these templates in seconds.
+    jump : returns the continuity penalties (J, K) in radians from each of J templates to each of K.
+    weight : alpha, the weight of continuity.
     """
     value = penalties[0]
     came_from: list[Integers] = []
@@ -133,21 +135,21 @@ def cheapest_path(
 
 
 def select(phrases: pd.DataFrame, pool: Templates, n_frames: int, fps: float, weight: float) -> pd.DataFrame:
-    """Return the unit of every synthesised phrase: the table of schema ``units``.
+    """Return the unit of every synthesised phrase as a table of schema ``units``.
 
-    A phrase that holds no motion frame needs no template, and one whose class no training record shows has
-    none: their template and penalties are null, and the units around them are neighbours.
+    Phrases that contain no motion frame need no template, and phrases of a class that is absent from the training
+    records have none: their template and penalties are null, and the units before and after them are consecutive.
 
     Parameters
     ----------
     phrases : segment table of the synthesised record.
     pool : templates of the training records.
-    n_frames, fps : the grid of motion frames that the phrases are to fill.
+    n_frames, fps : grid of the motion frames that the phrases are to fill.
     weight : alpha of equation 6.3.
 
     Raises
     ------
-    UserError : where no phrase at all has a template.
+    UserError : if no phrase has a template.
     """
     first, end = frame_spans(phrases, n_frames, fps)
     labels = phrases["label"].to_numpy(dtype=object)
@@ -175,7 +177,7 @@ def select(phrases: pd.DataFrame, pool: Templates, n_frames: int, fps: float, we
 
 
 def summary(units: pd.DataFrame, weight: float) -> str:
-    """Return one line on a table of units: how many, at what accumulated penalty (6.3), and what was not shown."""
+    """Return one line about a table of units: their number, accumulated penalty (6.3), and phrases without one."""
     shown = units[units["template_record"].notna()]
     duration, continuity = shown["duration_penalty"].to_numpy(), shown["continuity_penalty"].to_numpy()
     total = duration[0] + np.sum(weight * continuity[1:] + (1 - weight) * duration[1:])

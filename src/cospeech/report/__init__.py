@@ -1,1 +1,1 @@
-"""The report: every exhibit beside what was published, and the page that tells it."""
+"""The report: exhibits next to their published values, and the page that shows them."""

@@ -1,4 +1,4 @@
-"""How exhibits become files, whole or not at all."""
+"""Files of the report, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cospeech.data import tables
 
 
 def save_table(table: pd.DataFrame, path: str) -> None:
-    """Write an exhibit's numbers as CSV: units in the headings, an empty cell where a value is missing."""
+    """Write an exhibit's numbers as CSV: units in the headings, a missing value as an empty cell."""
     with tables.replacing(path) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
 

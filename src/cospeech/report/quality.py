@@ -1,4 +1,4 @@
-"""The quality sheet of a filmed record: what was not seen, the worst moments, the cameras, and how to correct."""
+"""The quality sheet of a filmed record: markers that were not seen, the worst moments, the cameras."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from cospeech.report import style
-from cospeech.report.findings import number
-from cospeech.report.page import Table
+from cospeech.report.page.tables import Table
+from cospeech.report.words import number
 
 STATUS_COLOURS = {"seen": style.GRID, "corrected": style.PURPLE, "predicted": style.AMBER, "lost": style.VERMILLION}
 
 MOST_SPANS = 12
-"""Spans that the sheet lists; all stand in the table of the record."""
+"""How many spans the sheet lists; the record's table has all of them."""
 
 
 class Moment(NamedTuple):
-    """One of the worst moments: what it is, its picture as an address, and its lines of a file of corrections."""
+    """One of the worst moments: its title, its picture as a data URI, and its lines for a file of corrections."""
 
     title: str
     picture: str
@@ -27,7 +27,7 @@ class Moment(NamedTuple):
 
 
 def timeline(world: pd.DataFrame) -> Figure:
-    """Draw how each marker came to be known, over the time of a record.
+    """Draw the status of each marker over the time of a record.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def timeline(world: pd.DataFrame) -> Figure:
 
 
 def marker_table(world: pd.DataFrame) -> Table:
-    """Return the shares of each marker's frames by status, and its residual in the pictures."""
+    """Return the share of each marker's frames by status, and its reprojection residual."""
     rows = []
     for name, own in world.groupby("marker", sort=False):
         share = own["status"].value_counts(normalize=True)
@@ -89,13 +89,13 @@ def camera_table(quality: pd.DataFrame) -> Table:
         ]
         for _, row in quality.iterrows()
     ]
-    return Table(["camera", "residual (px)", "points", "left out", "part of the picture with points (%)"], rows)
+    return Table(["camera", "residual (px)", "points", "outliers", "picture area with points (%)"], rows)
 
 
 def moments(table: pd.DataFrame, pictures: list[str]) -> list[Moment]:
-    """Return the worst moments; ``pictures`` are the addresses of their pictures.
+    """Return the worst moments; ``pictures`` are the data URIs of their pictures.
 
-    The lines hold the position that the tracker has in every view, to be changed to what is clicked.
+    Their lines hold the tracker's position in every view, for a person to correct.
     """
     found = []
     for (_, rows), picture in zip(table.groupby("moment"), pictures, strict=True):

@@ -1,4 +1,4 @@
-"""How every figure looks, and how it becomes the same bytes each time."""
+"""How every figure looks, and how it is written as the same bytes each time."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cospeech.data import tables, vocabulary
 matplotlib.use("Agg")
 
 INK = "#22262b"
-"""Text and axes; the page turns it into its own text colour."""
+"""Text and axes; the page replaces it by its own text colour."""
 FAINT = "#7b828c"
 """Secondary text, controls, references."""
 GRID = "#dfe3e8"
 PAPER = "#fffffe"
-"""The ground of marks that hide what is below; figures themselves have none in SVG."""
+"""Background of marks that cover what is below; figures themselves have none in SVG."""
 
 BLUE, VERMILLION, AMBER, GREEN, PURPLE = "#2278b5", "#d55e00", "#e08f00", "#009e73", "#a05fa8"
 
@@ -68,7 +68,7 @@ def gesture_colours(labels: Iterable[str]) -> dict[str, str]:
 
 
 def system_colours(names: Iterable[str]) -> dict[str, str]:
-    """Return one colour each for a few systems that share a figure."""
+    """Return a colour for each of a few systems that share a figure."""
     return dict(zip(names, (VERMILLION, BLUE, GREEN, PURPLE, AMBER, FAINT), strict=False))
 
 
@@ -82,12 +82,12 @@ def figure(height_in: float, rows: int = 1, columns: int = 1, **keywords: Any) -
 
 
 def ticks_off(axes: Axes, which: Literal["x", "y", "both"] = "both") -> None:
-    """Take the tick marks of an axis away, and leave its labels."""
+    """Remove the tick marks of an axis but not its labels."""
     axes.tick_params(axis=which, length=0)
 
 
 def as_svg(drawn: Figure) -> str:
-    """Return a figure as the text of an SVG (text as outlines, no ground), without a date in it."""
+    """Return a figure as the text of an SVG (text as outlines, no background), without a date."""
     plt.rcParams.update(_RC)  # type: ignore[arg-type]
     target = io.StringIO()
     drawn.savefig(target, format="svg", metadata={"Date": None, "Creator": None})
@@ -96,7 +96,7 @@ def as_svg(drawn: Figure) -> str:
 
 
 def save(drawn: Figure, svg: str, png: str) -> None:
-    """Write a figure as SVG (text as outlines, no ground) and as PNG (on white), without a date in them."""
+    """Write a figure as SVG (text as outlines, no background) and as PNG (on white), without a date."""
     plt.rcParams.update(_RC)  # type: ignore[arg-type]
     drawn.draw_without_rendering()  # lay it out once, not for each format
     drawn.set_layout_engine("none")

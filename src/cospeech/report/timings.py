@@ -1,7 +1,7 @@
-"""Where the seconds of a run went: Snakemake's own benchmark files, rule by rule.
+"""The time that each rule of a run took, from Snakemake's benchmark files.
 
-Times differ from run to run, so this exhibit is no artifact of a rule: it is written at the end of every run, beside
-the page, and nothing rests on it.
+Times differ from run to run, so this page is not the output of a rule: it is written at the end of every run, next to
+the report, and nothing depends on it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cospeech.data import tables
 
 
 class Row(NamedTuple):
-    """What the jobs of one rule took; ``share`` is of the seconds of all jobs, in percent."""
+    """What the jobs of one rule took; ``share_pct`` is their share of the time of all jobs."""
 
     rule: str
     jobs: int
@@ -27,7 +27,7 @@ class Row(NamedTuple):
 
 
 def rows(benchmarks: Path) -> list[Row]:
-    """Return a row for each rule that has left benchmark files (<rule>.tsv or <rule>/...tsv), the longest first."""
+    """Return a row for each rule with benchmark files (<rule>.tsv or <rule>/...tsv), the longest first."""
     took: dict[str, list[tuple[float, float]]] = {}
     for path in sorted(benchmarks.rglob("*.tsv")):
         rule = path.relative_to(benchmarks).parts[0].removesuffix(".tsv")
@@ -44,7 +44,7 @@ def rows(benchmarks: Path) -> list[Row]:
 
 
 def _number(text: str) -> float:
-    """Return a field of a benchmark file; Snakemake writes words where a job was too short to be measured."""
+    """Return a field of a benchmark file; Snakemake writes words if a job was too short to be measured."""
     try:
         return float(text)
     except ValueError:

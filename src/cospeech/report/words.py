@@ -1,4 +1,4 @@
-"""How the report calls things: gestures, measures, scenarios, quantities."""
+"""How the report names and writes things: gestures, measures, scenarios, numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Gesture(NamedTuple):
-    """A gesture class of Özkul 2012, Table 4.1, in few words."""
+    """A gesture class of Özkul 2012, Table 4.1."""
 
     number: str
     title: str
@@ -14,13 +14,13 @@ class Gesture(NamedTuple):
 
 
 GESTURES = {
-    "raise_both": Gesture("g1", "both raised", "both hands go up at the same time"),
-    "rest": Gesture("g2", "rest", "the actor stands by, hands down"),
-    "left": Gesture("g3", "left hand", "only the left hand goes up"),
-    "perpendicular": Gesture("g4", "perpendicular", "one hand moves up and down, the other sideways"),
-    "contact": Gesture("g5", "contact", "the hands touch one another"),
-    "open": Gesture("g6", "arms open", "the arms stretch backward"),
-    "right": Gesture("g7", "right hand", "only the right hand goes up"),
+    "raise_both": Gesture("g1", "both raised", "both hands rise at the same time"),
+    "rest": Gesture("g2", "rest", "the actor stands with the hands down"),
+    "left": Gesture("g3", "left hand", "only the left hand rises"),
+    "perpendicular": Gesture("g4", "perpendicular", "one hand moves vertically, the other horizontally"),
+    "contact": Gesture("g5", "contact", "the hands touch"),
+    "open": Gesture("g6", "arms open", "the arms move backward"),
+    "right": Gesture("g7", "right hand", "only the right hand rises"),
 }
 
 
@@ -34,14 +34,18 @@ class Measure(NamedTuple):
 
 
 MEASURES = {
-    "S": Measure("S", "", "more", "how alike the histograms of phrase durations are (cosine, eq. 7.1 and 7.3)"),
+    "S": Measure("S", "", "more", "similarity of the histograms of phrase durations (cosine, eqs. 7.1 and 7.3)"),
     "D": Measure(
-        "D", "s", "less", "how far synthesised boundaries lie from the nearest actual one (eq. 7.2 and 7.4)"
+        "D", "s", "less", "mean distance of synthesised boundaries to the nearest actual one (eqs. 7.2 and 7.4)"
     ),
-    "boundary_f1": Measure("boundary F1", "", "more", "boundaries found, one to one, within the tolerance"),
-    "phrase_ratio": Measure("phrase ratio", "", "near 1", "synthesised phrases for each actual one"),
-    "frames_right": Measure("frames right", "", "more", "share of frames with the right gesture"),
-    "kappa": Measure("kappa", "", "more", "frames right beyond what chance gives (Cohen)"),
+    "boundary_f1": Measure(
+        "boundary F1", "", "more", "synthesised and actual boundaries matched one to one within the tolerance"
+    ),
+    "phrase_ratio": Measure(
+        "phrase ratio", "", "near 1", "number of synthesised phrases divided by that of actual ones"
+    ),
+    "frames_right": Measure("frames correct", "", "more", "share of frames with the correct gesture"),
+    "kappa": Measure("kappa", "", "more", "agreement of the frames beyond chance (Cohen)"),
 }
 
 SCENARIOS = {
@@ -53,13 +57,13 @@ SCENARIOS = {
 }
 
 MONOLOGUES = ("memory", "documentary", "fairy_tale")
-"""The scenarios of one speaker alone (Özkul 2012, 3.2)."""
+"""The scenarios with a single speaker (Özkul 2012, 3.2)."""
 
 ROLES = {
     "system": "driven by the record's own speech",
-    "wrong speech": "the same decoder under the wrong speech",
+    "wrong speech": "the same system driven by the wrong speech",
     "control": "controls without speech",
-    "ceiling": "ceilings: know what no system may know",
+    "ceiling": "ceilings, which know what no system may know",
 }
 
 
@@ -74,7 +78,7 @@ def scenario(name: str) -> str:
 
 
 def seconds(value: float) -> str:
-    """Return a bin width or duration in the unit a reader likes: ms below a tenth of a second."""
+    """Return a bin width or duration in s, or in ms below a tenth of a second."""
     return f"{1000 * value:g} ms" if value < 0.1 else f"{value:g} s"
 
 
@@ -89,3 +93,17 @@ def measure(name: str, bin_s: float | None = None) -> str:
     if bin_s is not None and bin_s == bin_s:
         return f"{known.title} ({seconds(bin_s)} bins)"
     return f"{known.title} ({known.unit})" if known.unit else known.title
+
+
+def number(value: float, signed: bool = False) -> str:
+    """Return a score with two decimals, or three if two would show 0; a dash where it is undefined."""
+    if value != value:
+        return "–"
+    digits = 3 if value != 0 and round(value, 2) == 0 else 2
+    text = f"{value + 0.0:{'+' if signed else ''}.{digits}f}"
+    return text.replace("-", "−")
+
+
+def joined(parts: list[str], last: str = "and") -> str:
+    """Return an enumeration: ``a``, ``a and b``, or ``a, b and c``."""
+    return f" {last} ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

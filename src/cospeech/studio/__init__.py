@@ -1,1 +1,1 @@
-"""The virtual studio: a cast with planted gesture and speech behaviour, its script, its voice and its movement."""
+"""The virtual studio: synthetic actors with known gesture and speech behaviour, their script, voices and motion."""

@@ -1,7 +1,8 @@
-"""The cast: the planted behaviour of one virtual actor, drawn once from the seed and the actor's name.
+"""The cast: the planted behaviour of a virtual actor, sampled once from the seed and the actor's name.
 
-A cast member is a semi-Markov process of gesture phrases (Özkul 2012, 5.1) with the prosody patterns that go with
-each gesture: exactly the model that the synthesis room estimates, so that an estimate can be held against the truth.
+A cast member is a semi-Markov process of gesture phrases (Özkul 2012, 5.1) with a distribution of prosody patterns
+for each gesture. This is exactly the model that the synthesis room estimates, so that estimates can be compared with
+the ground truth.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from cospeech.studio.patterns import NAMES, PAUSE
 
 REST = GESTURES.index("rest")
 
-# Of each gesture: how often it is chosen, its mean duration in seconds, and the gesture that it likes to lead to.
+# For each gesture: its relative frequency, its mean duration in seconds, and the gesture that habitually follows it.
 HABITS = {
     "raise_both": (1.0, 2.3, "open"),
     "rest": (0.0, 2.0, None),
@@ -43,9 +44,9 @@ class Member:
     """The planted parameters of one actor.
 
     ``initial`` (G,), ``transitions`` (G, G) and ``durations`` (G, D) are those of Özkul 2012, eq. 5.1-5.4;
-    durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) holds the
-    distribution of prosody patterns in a gesture phrase whose speech is coupled to it. Gestures are in the order of
-    ``vocabulary.GESTURES``, patterns in that of ``patterns.NAMES``.
+    durations[i, k - 1] is the probability that gesture i lasts k prosody frames. ``coupled`` (G, P) is the
+    distribution of prosody patterns in gesture phrases whose speech is coupled to the gesture. Gestures are in the
+    order of ``vocabulary.GESTURES``, patterns in that of ``patterns.NAMES``.
     """
 
     actor: str
@@ -55,7 +56,7 @@ class Member:
     coupled: Floats
 
     def occupancy(self) -> Floats:
-        """Return the long-run share of frames that each gesture holds, (G,)."""
+        """Return the long-run fraction of frames in each gesture, (G,)."""
         n = len(self.initial)
         balance = np.vstack([self.transitions.T - np.eye(n), np.ones(n)])
         visits = np.linalg.lstsq(balance, np.append(np.zeros(n), 1.0), rcond=None)[0]
@@ -63,11 +64,11 @@ class Member:
         return frames / frames.sum()
 
     def marginal(self) -> Floats:
-        """Return the long-run share of frames that each pattern holds, (P,): what uncoupled speech is drawn from."""
+        """Return the long-run fraction of frames in each pattern, (P,), from which uncoupled speech is sampled."""
         return self.occupancy() @ self.coupled
 
     def emissions(self, coupling: float) -> Floats:
-        """Return the probability of each pattern in a frame of each gesture, (G, P), at this coupling."""
+        """Return the probability of each pattern in a frame of each gesture, (G, P), at the given coupling."""
         return (1.0 - coupling) * self.marginal() + coupling * self.coupled
 
 
@@ -76,12 +77,12 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
 
     Parameters
     ----------
-    frame_s : distance of prosody frames, the grid of all planted durations.
-    max_duration_s : D_max, the longest gesture phrase that a model can hold.
+    frame_s : spacing of prosody frames, the grid of all planted durations.
+    max_duration_s : D_max, the longest gesture phrase that a model can represent.
 
     Raises
     ------
-    UserError : where D_max is shorter than the shortest gesture phrase of the studio.
+    UserError : if D_max is shorter than the gesture phrases of the studio.
     """
     bins = round(max_duration_s / frame_s)
     if bins * frame_s < 2 * SHORTEST_S:
@@ -89,66 +90,66 @@ def member(actor: str, seed: int, frame_s: float, max_duration_s: float) -> Memb
             f"config: synthesis.max_duration_s is {max_duration_s} s, but the studio's gesture phrases last "
             f"{SHORTEST_S} to {LONGEST_S} s; allow at least {2 * SHORTEST_S} s"
         )
-    draw = random_source(seed, "cast", actor)
-    taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * draw.gamma(16.0, 1 / 16.0, len(GESTURES))
+    rng = random_source(seed, "cast", actor)
+    taste = np.array([HABITS[gesture][0] for gesture in GESTURES]) * rng.gamma(16.0, 1 / 16.0, len(GESTURES))
     return Member(
         actor=actor,
         initial=_initial(taste),
-        transitions=_transitions(taste, draw),
-        durations=_durations(draw, frame_s, bins),
-        coupled=_coupled(draw),
+        transitions=_transitions(taste, rng),
+        durations=_durations(rng, frame_s, bins),
+        coupled=_coupled(rng),
     )
 
 
 def _initial(taste: Floats) -> Floats:
-    """Records open mostly at rest."""
+    """Return initial probabilities: records mostly start at rest."""
     initial = (1.0 - OPENS_AT_REST) * taste / taste.sum()
     initial[REST] = OPENS_AT_REST
     return initial
 
 
-def _transitions(taste: Floats, draw: np.random.Generator) -> Floats:
-    """From rest to what the actor likes; from a gesture often back to rest, else on along a habitual chain."""
+def _transitions(taste: Floats, rng: np.random.Generator) -> Floats:
+    """Return transition probabilities: rest to preferred gestures, a gesture to rest or to its habitual next one."""
     rows = np.zeros((len(GESTURES), len(GESTURES)))
     for i, gesture in enumerate(GESTURES):
         free = taste.copy()
         free[i] = 0.0
         if i != REST:
-            rows[i, REST] = BACK_TO_REST * draw.uniform(0.8, 1.2)
+            rows[i, REST] = BACK_TO_REST * rng.uniform(0.8, 1.2)
             rows[i, i] = REPEATS
-            rows[i, GESTURES.index(HABITS[gesture][2])] = FOLLOWS_HABIT * draw.uniform(0.8, 1.2)
+            rows[i, GESTURES.index(HABITS[gesture][2])] = FOLLOWS_HABIT * rng.uniform(0.8, 1.2)
         rows[i] += (1.0 - rows[i].sum()) * free / free.sum()
     return rows
 
 
-def _durations(draw: np.random.Generator, frame_s: float, bins: int) -> Floats:
-    """Gamma densities on the grid of prosody frames, cut to the range of plausible phrases."""
+def _durations(rng: np.random.Generator, frame_s: float, bins: int) -> Floats:
+    """Return duration probabilities: truncated gamma densities on the grid of prosody frames."""
     seconds = np.arange(1, bins + 1) * frame_s
     possible = (seconds >= SHORTEST_S) & (seconds <= LONGEST_S)
-    tempo = draw.uniform(0.88, 1.12)
+    tempo = rng.uniform(0.88, 1.12)
     rows = np.zeros((len(GESTURES), bins))
     for i, gesture in enumerate(GESTURES):
-        mean = HABITS[gesture][1] * tempo * draw.uniform(0.9, 1.1)
-        shape = draw.uniform(3.5, 7.0)
+        mean = HABITS[gesture][1] * tempo * rng.uniform(0.9, 1.1)
+        shape = rng.uniform(3.5, 7.0)
         logarithm = (shape - 1.0) * np.log(seconds) - seconds * shape / mean
         rows[i] = np.where(possible, np.exp(logarithm - logarithm.max()), 0.0)
     return rows / rows.sum(axis=1, keepdims=True)
 
 
-def _coupled(draw: np.random.Generator) -> Floats:
-    """Each gesture has one pattern of its own and a second one; rest goes with pauses and soft asides."""
-    speaking = draw.permutation([p for p in range(len(NAMES)) if p != PAUSE])
-    shift = int(draw.integers(1, len(speaking)))
+def _coupled(rng: np.random.Generator) -> Floats:
+    """Return pattern probabilities: each gesture has a main and a second pattern, rest has pauses and soft asides."""
+    speaking = rng.permutation([p for p in range(len(NAMES)) if p != PAUSE])
+    shift = int(rng.integers(1, len(speaking)))
     rows = np.zeros((len(GESTURES), len(NAMES)))
     moving = [i for i in range(len(GESTURES)) if i != REST]
     for place, i in enumerate(moving):
-        rows[i, speaking[place]] = draw.uniform(0.55, 0.65)
-        rows[i, speaking[(place + shift) % len(speaking)]] = draw.uniform(0.16, 0.22)
-        rows[i, PAUSE] = draw.uniform(0.04, 0.07)
-    rows[REST, PAUSE] = draw.uniform(0.58, 0.68)
-    rows[REST, NAMES.index("p8")] = draw.uniform(0.12, 0.18)
+        rows[i, speaking[place]] = rng.uniform(0.55, 0.65)
+        rows[i, speaking[(place + shift) % len(speaking)]] = rng.uniform(0.16, 0.22)
+        rows[i, PAUSE] = rng.uniform(0.04, 0.07)
+    rows[REST, PAUSE] = rng.uniform(0.58, 0.68)
+    rows[REST, NAMES.index("p8")] = rng.uniform(0.12, 0.18)
     for row in rows:
-        row += (1.0 - row.sum()) * draw.dirichlet(np.full(len(NAMES), 4.0))
+        row += (1.0 - row.sum()) * rng.dirichlet(np.full(len(NAMES), 4.0))
     return rows
 
 

@@ -1,12 +1,12 @@
-"""The choreography: where the hands are to be, and when, in every gesture phrase.
+"""The choreography: keyframes of the hands in every gesture phrase.
 
-A gesture phrase is made of phases (Kendon; McNeill): preparation, stroke, retraction. The stroke is a run of beats at
-the actor's own pace, now and then with a hold. A phrase that leads to rest brings the hands down before it ends, so
-that the next one starts at rest; one that leads to another gesture goes over into its preparation, and the boundary
-lies inside one movement. Between two keys a hand moves with minimum jerk.
+A gesture phrase consists of phases (Kendon; McNeill): preparation, stroke, retraction. The stroke is a series of
+beats at the actor's own pace, sometimes with a hold. If rest follows, the hands come down before the phrase ends, so
+that the next one starts at rest. If another gesture follows, the phrase blends into its preparation, and the boundary
+lies within one movement. Between two keyframes a hand moves with minimum jerk.
 
-Places are in metres in the frame of the chest, measured from the middle between the shoulders: outward (to the hand's
-own side), up, forward.
+Positions are in metres in the frame of the chest, relative to the midpoint between the shoulders: outward (towards
+the side of the hand), up, forward.
 """
 
 from __future__ import annotations
@@ -29,11 +29,16 @@ BACK: Place = (0.1, -0.5, -0.85)
 
 @dataclass(frozen=True)
 class Hand:
-    """What one hand does in a class of gesture.
+    """What one hand does in a class of gestures.
 
-    ``place`` is where its stroke is, ``beat`` where a beat leads from there, ``lag`` the share of a beat by which it
-    comes late, ``pole`` where the elbow points, ``turn_deg`` how far the forearm turns the palm (positive: the palm
-    turns to the front and up), ``bend_deg`` how far the hand bends inward at the wrist.
+    Attributes
+    ----------
+    place : position of the stroke.
+    beat : displacement of a beat from there.
+    lag : delay relative to the other hand, as a fraction of a beat.
+    pole : direction in which the elbow points.
+    turn_deg : rotation of the forearm; positive turns the palm to the front and up.
+    bend_deg : inward flexion of the wrist.
     """
 
     place: Place
@@ -61,27 +66,27 @@ FIGURES: dict[str, tuple[Hand, Hand]] = {
     "open": (OPENED, OPENED),
     "right": (AT_REST, UP_ALONE),
 }
-"""What left and right hand do in each class of Özkul 2012, Table 4.1; 'perpendicular' is a left-handed actor's."""
+"""The left and right hand in each class of Özkul 2012, Table 4.1; 'perpendicular' is for a left-handed actor."""
 
 PREPARATION = (0.30, 0.32, 0.75)
 RETRACTION = (0.33, 0.38, 0.85)
-"""Share of the phrase, and limits in seconds."""
+"""Duration of the phase as a fraction of the phrase, and its limits in seconds."""
 
 LETS_GO = (0.15, 0.16, 0.30)
-"""The same for the end of a phrase that goes over into another gesture."""
+"""The same for the end of a phrase that is followed by another gesture."""
 
 
 RIGHT_HANDED = 0.9
 HOLD = 1.5
-"""How long a hold is, in half beats."""
+"""Duration of a hold in half beats."""
 
 UNAWARE_S = 2.0
-"""How long the last gesture of a record is meant to be at least."""
+"""Minimum planned duration of the last gesture of a record, which the end of the record cuts off."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How an actor moves: the size and height of gestures, pace of beats, preferred hand, liveliness of the head."""
+    """How an actor moves: size and position of gestures, pace of beats, handedness, holds, sway of trunk and head."""
 
     size: float
     height_m: float
@@ -93,39 +98,39 @@ class Style:
 
 
 def style(actor: str, seed: int) -> Style:
-    """Return the style of ``actor``, drawn once."""
-    draw = random_source(seed, "style", actor)
+    """Return the style of ``actor``, sampled from the seed and the actor's name."""
+    rng = random_source(seed, "style", actor)
     return Style(
-        size=draw.uniform(0.85, 1.15),
-        height_m=draw.uniform(-0.02, 0.04),
-        forward_m=draw.uniform(-0.02, 0.02),
-        beat_s=draw.uniform(0.42, 0.60),
-        right_handed=draw.random() < RIGHT_HANDED,
-        holds=draw.uniform(0.15, 0.40),
-        sway=draw.uniform(0.8, 1.2),
+        size=rng.uniform(0.85, 1.15),
+        height_m=rng.uniform(-0.02, 0.04),
+        forward_m=rng.uniform(-0.02, 0.02),
+        beat_s=rng.uniform(0.42, 0.60),
+        right_handed=rng.random() < RIGHT_HANDED,
+        holds=rng.uniform(0.15, 0.40),
+        sway=rng.uniform(0.8, 1.2),
     )
 
 
 @dataclass
 class Track:
-    """The keys of one hand: times (K,) and, per key, place, pole, turn and bend, (K, 8)."""
+    """The keyframes of one hand: times (K,), and values (K, 8) of position, pole, turn and bend."""
 
     times_s: list[float] = field(default_factory=list)
     values: list[Floats] = field(default_factory=list)
 
     def key(self, time_s: float, value: Floats) -> None:
-        """Add a key; keys come in the order of time, and a later one at the same moment is passed over."""
+        """Add a keyframe; keyframes must be in temporal order, and a second one at the same time is ignored."""
         if not self.times_s or time_s > self.times_s[-1] + 1e-9:
             self.times_s.append(time_s)
             self.values.append(value)
 
     def at(self, times_s: Floats) -> Floats:
-        """Return the values (T, 8) at ``times_s`` (T,), by minimum-jerk movements from key to key."""
+        """Return the values (T, 8) at ``times_s`` (T,), by minimum-jerk interpolation between keyframes."""
         return minimum_jerk(np.array(self.times_s), np.array(self.values), times_s)
 
 
 def minimum_jerk(key_times_s: Floats, values: Floats, times_s: Floats) -> Floats:
-    """Return (T, C) values that go from key to key and stand still at each (Flash and Hogan 1985)."""
+    """Return minimum-jerk interpolation (T, C) between keyframes, at rest at each of them (Flash and Hogan 1985)."""
     left = np.clip(np.searchsorted(key_times_s, times_s, side="right") - 1, 0, max(len(key_times_s) - 2, 0))
     right = np.minimum(left + 1, len(key_times_s) - 1)
     span = np.maximum(key_times_s[right] - key_times_s[left], 1e-9)
@@ -134,19 +139,19 @@ def minimum_jerk(key_times_s: Floats, values: Floats, times_s: Floats) -> Floats
     return values[left] + share[:, None] * (values[right] - values[left])
 
 
-def tracks(gestures: pd.DataFrame, manner: Style, draw: np.random.Generator) -> tuple[Track, Track]:
-    """Return the keys of the left and the right hand for the gesture phrases of one record."""
+def tracks(gestures: pd.DataFrame, manner: Style, rng: np.random.Generator) -> tuple[Track, Track]:
+    """Return the keyframes of the left and the right hand for the gesture phrases of one record."""
     hands = (Track(), Track())
     labels = gestures["label"].tolist()
     for row, (label, start, end) in enumerate(zip(labels, gestures["start_s"], gestures["end_s"], strict=True)):
         following = labels[row + 1] if row + 1 < len(labels) else None
         if label == "rest":
             for track in hands:
-                value = _value(AT_REST, manner, draw, 0.3)
+                value = _value(AT_REST, manner, rng, 0.3)
                 track.key(start, value)
                 track.key(end, value)
         else:
-            _phrase(hands, label, float(start), float(end), following, manner, draw)
+            _phrase(hands, label, float(start), float(end), following, manner, rng)
     return hands
 
 
@@ -157,51 +162,51 @@ def _phrase(
     end: float,
     following: str | None,
     manner: Style,
-    draw: np.random.Generator,
+    rng: np.random.Generator,
 ) -> None:
     figure = FIGURES[label]
-    if following is None:  # the record's end cuts it off, but was not known when it began
+    if following is None:  # the end of the record cuts the phrase off, which the actor does not anticipate
         end = max(end, start + UNAWARE_S)
     if label == "perpendicular" and manner.right_handed:
         figure = figure[::-1]
-    begin = start + _phase(PREPARATION, end - start) * draw.uniform(0.85, 1.15)
+    begin = start + _phase(PREPARATION, end - start) * rng.uniform(0.85, 1.15)
     leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
-    stop = end if following is None else end - leave * draw.uniform(0.85, 1.15)
-    times = _beats(begin, stop, manner, draw)
-    size = manner.size * draw.lognormal(0.0, 0.2)
-    common = draw.normal(0.0, 0.04, 3)
+    stop = end if following is None else end - leave * rng.uniform(0.85, 1.15)
+    times = _beats(begin, stop, manner, rng)
+    size = manner.size * rng.lognormal(0.0, 0.2)
+    common = rng.normal(0.0, 0.04, 3)
     for track, hand in zip(hands, figure, strict=True):
         if hand is AT_REST:
-            value = _value(hand, manner, draw, 0.3)
+            value = _value(hand, manner, rng, 0.3)
             times_here, values = [begin, stop], [value, value]
         else:
-            times_here, values = _stroke(hand, times, size, _value(hand, manner, draw, 0.4, common))
+            times_here, values = _stroke(hand, times, size, _value(hand, manner, rng, 0.4, common))
         if not track.times_s:
-            track.key(start, _value(AT_REST, manner, draw, 0.3))
+            track.key(start, _value(AT_REST, manner, rng, 0.3))
         for time_s, value in zip(times_here, values, strict=True):
             track.key(time_s, value)
         if following == "rest":
-            track.key(end, _value(AT_REST, manner, draw, 0.3))
+            track.key(end, _value(AT_REST, manner, rng, 0.3))
 
 
 def _phase(law: tuple[float, float, float], duration_s: float) -> float:
-    """Return the length of a phase: a share of the phrase within limits, and never much more than two fifths."""
+    """Return the duration of a phase: a fraction of the phrase within limits, and at most 42 % of it."""
     share, shortest, longest = law
     return min(max(share * duration_s, shortest), longest, 0.42 * duration_s)
 
 
-def _beats(begin: float, stop: float, manner: Style, draw: np.random.Generator) -> Floats:
-    """Return the turning points of the beats from ``begin`` to ``stop``: two a beat, uneven as living ones are."""
-    pace_s = manner.beat_s / 2 * draw.uniform(1.1, 1.8)
-    held = HOLD * (draw.random() < manner.holds)  # in half beats
+def _beats(begin: float, stop: float, manner: Style, rng: np.random.Generator) -> Floats:
+    """Return the turning points of the beats from ``begin`` to ``stop``: two per beat, with natural irregularity."""
+    pace_s = manner.beat_s / 2 * rng.uniform(1.1, 1.8)
+    held = HOLD * (rng.random() < manner.holds)  # in half beats
     halves = max(1, round((stop - begin) / pace_s - held))
-    steps = draw.uniform(0.8, 1.2, halves)
-    steps[int(draw.integers(halves))] += held
+    steps = rng.uniform(0.8, 1.2, halves)
+    steps[int(rng.integers(halves))] += held
     return begin + (stop - begin) * np.append(0.0, np.cumsum(steps) / steps.sum())
 
 
 def _stroke(hand: Hand, times: Floats, size: float, base: Floats) -> tuple[list[float], list[Floats]]:
-    """Return the keys of one hand's beats; a hand with a lag turns between the other's turning points."""
+    """Return the keyframes of one hand's beats; a hand with a lag turns between the turning points of the other."""
     late = times.copy()
     if len(times) > 2:
         late[1:-1] += hand.lag * (times[2:] - times[1:-1])
@@ -211,13 +216,13 @@ def _stroke(hand: Hand, times: Floats, size: float, base: Floats) -> tuple[list[
 
 
 def _value(
-    hand: Hand, manner: Style, draw: np.random.Generator, spread: float, common: Floats | None = None
+    hand: Hand, manner: Style, rng: np.random.Generator, spread: float, common: Floats | None = None
 ) -> Floats:
-    """Return the key of one hand: its class's place in the actor's manner, with the variation of this one phrase."""
+    """Return the keyframe values of one hand: those of its class in the actor's style, with random variation."""
     value = np.array([*hand.place, *hand.pole, hand.turn_deg, hand.bend_deg])
-    value[:3] += draw.normal(0.0, 0.02 * spread, 3)
-    value[3:6] += draw.normal(0.0, 0.10 * spread, 3)
-    value[6:] += draw.normal(0.0, 12.0 * spread, 2)
+    value[:3] += rng.normal(0.0, 0.02 * spread, 3)
+    value[3:6] += rng.normal(0.0, 0.10 * spread, 3)
+    value[6:] += rng.normal(0.0, 12.0 * spread, 2)
     if hand is not AT_REST:
         value[1] += manner.height_m
         value[2] += manner.forward_m

@@ -1,6 +1,6 @@
-"""The dress of an actor: where each marker, a ball of ``markers.RADIUS_M``, is fixed to the body.
+"""The dress of an actor: the positions at which the markers, balls of ``markers.RADIUS_M``, are fixed to the body.
 
-The centre of the ball is what a tracker should find.
+A tracker should find the centres of the balls.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ PLACE_M = {
     "left_foot": (0.0, 0.02, 0.12),
     "right_foot": (0.0, 0.02, 0.12),
 }
-"""The planned place of each marker in the frame of its joint, metres.
+"""Nominal position of each marker in the frame of its joint, metres.
 
-The hand's marker sits on the head of the ulna, which the forearm turns about: it hardly moves when the palm turns, so
-that one marker beyond the elbow tells the elbow's flexion and the turn of the upper arm.
+The hand marker sits on the head of the ulna, which lies on the axis of forearm rotation. It hardly moves when the
+palm turns, so that one marker beyond the elbow determines elbow flexion and the axial rotation of the upper arm.
 """
 
 SPREAD_M = 0.004
 
 
 def places(actor: str, seed: int) -> Floats:
-    """Return where the markers sit on ``actor``, (15, 3) in the frames of their joints, metres."""
-    draw = random_source(seed, actor)
-    return np.array([PLACE_M[name] for name in NAMES]) + draw.normal(0.0, SPREAD_M, (len(NAMES), 3))
+    """Return the marker positions on ``actor``, (15, 3) in the frames of their joints, metres."""
+    rng = random_source(seed, actor)
+    return np.array([PLACE_M[name] for name in NAMES]) + rng.normal(0.0, SPREAD_M, (len(NAMES), 3))
 
 
 def wear(motion: pd.DataFrame, placed_m: Floats) -> Floats:

@@ -1,18 +1,20 @@
-"""Prosody features without sound: what the sound would have given, for hours of it in seconds.
+"""Prosody features simulated without sound, so that hours of speech take seconds.
 
-The planted course of pitch and intensity is taken as it is; what a voice and an analysis window add was measured
-on the studio's own sound (eight records of 60 s, two voices, frames of 25 ms in windows of 50 ms) and is drawn here:
+The planted contours of pitch and intensity are used directly. The effects of the voice and the analysis window were
+measured on the sound of the studio (eight records of 60 s, two voices, frames of 25 ms in windows of 50 ms) and are
+sampled here:
 
-- 87 % of the spoken frames are voiced, in runs of 19 frames parted by runs of 2.5 frames;
-- log energy lies 0.21 below the plan in voiced frames and 1.0 in unvoiced ones, with deviations of 0.42 and 0.81 and
-  a correlation of 0.47 from frame to frame; a frame beside a pause shares a quarter of its window with it;
-- the best lag is the planted one within 0.17 semitones, but anywhere in 1.5 % of the voiced frames, in 57 % of the
-  unvoiced ones, and in pauses;
-- the gain of a voiced frame is up to 1 less the share of the window that its lag takes, of an unvoiced one about 0.3,
-  of a pause about 0.09; a correlation of 0.8 gives it the steps from frame to frame that were measured.
+- 87 % of the speech frames are voiced, in runs of 19 frames on average separated by runs of 2.5 frames;
+- log energy is 0.21 below the plan in voiced frames and 1.0 in unvoiced ones, with standard deviations of 0.42 and
+  0.81 and a frame-to-frame correlation of 0.47; a frame next to a pause shares a quarter of its window with it;
+- the best lag is the planted one with a standard deviation of 0.17 semitones, but arbitrary in 1.5 % of the voiced
+  frames, in 57 % of the unvoiced ones, and in pauses;
+- the gain of a voiced frame is at most 1 minus the ratio of lag to window, that of an unvoiced frame about 0.3 and
+that
+  of a pause about 0.09; a correlation of 0.8 reproduces the measured frame-to-frame differences.
 
-Clusters of these features share up to 0.05 more mutual information with the planted patterns than clusters of the
-sound's features do: real noise is not drawn frame by frame.
+Clusters of these features share up to 0.05 more mutual information with the planted patterns than clusters of
+features from the sound, because real noise is not independent from frame to frame.
 """
 
 from __future__ import annotations
@@ -24,10 +26,10 @@ from scipy.special import ndtr
 from cospeech.data.arrays import Flags, Floats
 from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
-from cospeech.studio.melody import ROOM_DB, course
+from cospeech.studio.melody import ROOM_DB, phrase_contours
 
 WINDOW_S = 0.05
-"""The analysis window that the figures were measured with."""
+"""The analysis window used for the measurements."""
 
 VOICED_RUN, UNVOICED_RUN = 19.0, 2.5
 ENERGY_BELOW = {"voiced": (0.21, 0.42), "unvoiced": (1.00, 0.81), "pause": (0.0, 0.06)}
@@ -46,24 +48,24 @@ PAUSE_GAIN = np.array([0.05, 0.07, 0.08, 0.09, 0.10, 0.12, 0.20])
 def features(
     record: str, prosody: pd.DataFrame, base_hz: float, frame_s: float, voiced_gain: float, seed: int
 ) -> pd.DataFrame:
-    """Return the prosody features (schema prosody) of one record.
+    """Return the simulated prosody features (schema ``prosody``) of one record.
 
     Parameters
     ----------
     prosody : the intonation phrases of the record in the script.
     base_hz : base pitch of the speaker.
-    voiced_gain : gain above which a frame counts for the mean lag (Özkul 2012, 4.2).
+    voiced_gain : minimum gain of the frames that the mean lag is computed from (Özkul 2012, 4.2).
     """
-    draw = random_source(seed, "features", record)
+    rng = random_source(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
-    pitch_st, intensity_db = course(prosody, times_s)
+    pitch_st, intensity_db = phrase_contours(prosody, times_s)
     speaks = ~np.isnan(pitch_st)
-    voiced = speaks & _voicing(n_frames, draw)
+    voiced = speaks & _voicing(n_frames, rng)
     planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
-    intensity_log = _energy(intensity_db, speaks, voiced, draw)
-    lag_s = _lag(planted_lag_s, speaks, voiced, draw)
-    gain = _gain(lag_s, speaks, voiced, draw)
+    intensity_log = _energy(intensity_db, speaks, voiced, rng)
+    lag_s = _lag(planted_lag_s, speaks, voiced, rng)
+    gain = _gain(lag_s, speaks, voiced, rng)
     named = {
         "intensity": (intensity_log - intensity_log.mean()) / intensity_log.std(),
         "pitch_lag": lag_s - lag_s[gain > voiced_gain].mean(),
@@ -74,15 +76,15 @@ def features(
     return pd.DataFrame(columns | {"intensity_log": intensity_log, "lag_s": lag_s})
 
 
-def _voicing(n_frames: int, draw: np.random.Generator) -> Flags:
-    """Return whether a speaking frame would be voiced, (T,): runs of geometric length in turn."""
+def _voicing(n_frames: int, rng: np.random.Generator) -> Flags:
+    """Return which frames (T,) would be voiced while speaking: alternating runs of geometric length."""
     pairs = int(1.5 * n_frames / (VOICED_RUN + UNVOICED_RUN)) + 50
-    runs = np.column_stack([draw.geometric(1.0 / VOICED_RUN, pairs), draw.geometric(1.0 / UNVOICED_RUN, pairs)])
+    runs = np.column_stack([rng.geometric(1.0 / VOICED_RUN, pairs), rng.geometric(1.0 / UNVOICED_RUN, pairs)])
     flags = np.repeat(np.tile([True, False], pairs), runs.ravel())
     return np.resize(flags, n_frames)
 
 
-def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
     room = 10.0 ** (ROOM_DB / 10.0)
     power = np.where(speaks, 10.0 ** (np.where(speaks, intensity_db, 0.0) / 10.0), 0.0) + room
     seen = np.convolve(np.pad(power, 1, mode="edge"), (0.25, 0.5, 0.25), mode="valid")
@@ -92,24 +94,24 @@ def _energy(intensity_db: Floats, speaks: Flags, voiced: Flags, draw: np.random.
         )
         for k in (0, 1)
     )
-    return np.log(seen) - below + spread * _lasting_noise(len(power), ENERGY_MEMORY, draw)
+    return np.log(seen) - below + spread * _lasting_noise(len(power), ENERGY_MEMORY, rng)
 
 
-def _lasting_noise(n_frames: int, memory: float, draw: np.random.Generator) -> Floats:
-    """Return normal noise of unit variance, (T,), of which a share ``memory`` is left in the next frame."""
+def _lasting_noise(n_frames: int, memory: float, rng: np.random.Generator) -> Floats:
+    """Return first-order autoregressive normal noise (T,) of unit variance with coefficient ``memory``."""
     left = memory ** np.arange(40)
-    return np.convolve(draw.normal(size=n_frames + 39), left, mode="valid") / np.sqrt((left**2).sum())
+    return np.convolve(rng.normal(size=n_frames + 39), left, mode="valid") / np.sqrt((left**2).sum())
 
 
-def _lag(planted_lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
+def _lag(planted_lag_s: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
     astray = np.select([voiced, speaks], [STRAY_LAGS["voiced"], STRAY_LAGS["unvoiced"]], 1.0)
-    anywhere = draw.random(len(voiced)) < astray
-    near = planted_lag_s * 2.0 ** (draw.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
-    return np.where(anywhere, np.interp(draw.random(len(voiced)), SHARES, ANY_LAG_S), near)
+    anywhere = rng.random(len(voiced)) < astray
+    near = planted_lag_s * 2.0 ** (rng.normal(0.0, LAG_SPREAD_ST, len(voiced)) / 12.0)
+    return np.where(anywhere, np.interp(rng.random(len(voiced)), SHARES, ANY_LAG_S), near)
 
 
-def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, draw: np.random.Generator) -> Floats:
-    share = ndtr(_lasting_noise(len(lag_s), GAIN_MEMORY, draw))
+def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator) -> Floats:
+    share = ndtr(_lasting_noise(len(lag_s), GAIN_MEMORY, rng))
     voice = np.interp(share, SHARES, VOICED_GAIN) * (1.0 - lag_s / WINDOW_S)
     return np.select(
         [voiced, speaks],

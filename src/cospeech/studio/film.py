@@ -1,6 +1,6 @@
-"""The film of one take in one camera: frames as planes Y, Cb, Cr, and their encoding.
+"""Rendering of one take in one camera as planes Y, Cb, Cr, and video encoding.
 
-The same motion and seed give the same bytes: one encoder thread, and no date or version in the file.
+The same motion and seed give the same bytes: the encoder uses one thread and writes no date or version to the file.
 """
 
 from __future__ import annotations
@@ -21,45 +21,45 @@ from cospeech.studio import paint, stage
 Planes = npt.NDArray[np.uint8]
 
 NOISE = 1.5
-"""Standard deviation of the sensor's noise, of 255."""
+"""Standard deviation of the sensor noise on a scale of 255."""
 PIXELS = "yuvj444p"
-"""Y, Cb, Cr in full range, colour as fine as brightness."""
+"""Full-range Y, Cb, Cr without chroma subsampling."""
 QUALITY = 3
-"""Quantiser of the encoder, 2 the finest."""
+"""Quantiser of the encoder; 2 is the finest."""
 BATCH = 64
-"""Frames whose outlines are worked out at once, however long the film."""
+"""Number of frames whose outlines are computed at once, to bound memory."""
 
 
 def outlines(camera: Camera, ends_m: Floats, radii_m: Floats) -> tuple[Floats, Floats]:
-    """Return where capsules are seen, as in ``paint.draw``: pixels of their ends (..., n, 2, 2), a reach (..., n)."""
+    """Return the outlines of capsules for ``paint.draw``: pixels of their ends (..., n, 2, 2) and reach (..., n)."""
     depth = ends_m @ camera.rotation[2] + camera.shift_m[2]
-    # A twentieth and two pixels leave room for the bend of the lens, and for what is half in a pixel.
+    # The margin of 5 % and two pixels allows for lens distortion and partly covered pixels.
     reach = 1.05 * max(camera.focal_px) * radii_m / (depth.min(axis=-1) - radii_m) + 2.0
     return project(camera, ends_m), reach
 
 
-def grain(noise: float, draw: np.random.Generator) -> npt.NDArray[np.int8]:
-    """Return a table of sensor noise of standard deviation ``noise``, of 255, in the steps of ``paint.STEPS``."""
-    steps = np.rint(paint.STEPS * noise * draw.standard_normal(1 << 20, dtype=np.float32))
+def grain(noise: float, rng: np.random.Generator) -> npt.NDArray[np.int8]:
+    """Return a table of sensor noise in steps of 1 / ``paint.STEPS``; ``noise`` is its standard deviation, of 255."""
+    steps = np.rint(paint.STEPS * noise * rng.standard_normal(1 << 20, dtype=np.float32))
     return np.clip(steps, -127, 127).astype(np.int8)
 
 
 def frames(
     camera: Camera, limbs_m: Floats, markers_m: Floats, seed: int, noise: float = NOISE
 ) -> Iterator[tuple[Planes, npt.NDArray[np.float64]]]:
-    """Yield planes (3, H, W), Y, Cb, Cr in full range, and how many pixels of each marker are seen (15,).
+    """Yield full-range planes Y, Cb, Cr (3, H, W), and the number of visible pixels of each marker (15,).
 
-    The planes are one array that changes from frame to frame.
+    The planes are one array that is overwritten in every frame.
 
     Parameters
     ----------
     limbs_m, markers_m : (T, n, 2, 3) from ``stage.limbs`` and (T, 15, 3) from ``dress.wear``, metres.
-    noise : standard deviation of the sensor's noise, of 255.
+    noise : standard deviation of the sensor noise on a scale of 255.
     """
-    draw = np.random.default_rng([seed, *camera.name.encode()])
-    speckle = grain(noise, draw)
-    sight = stage.sight(camera)
-    room = stage.room(camera, sight)
+    rng = np.random.default_rng([seed, *camera.name.encode()])
+    speckle = grain(noise, rng)
+    slopes = stage.ray_slopes(camera)
+    room = stage.room(camera, slopes)
     empty = np.rint(paint.STEPS * room).astype(np.int16)
     picture, depth = np.empty_like(room), np.empty_like(room[0])
     planes = np.empty(room.shape, dtype=np.uint8)
@@ -71,29 +71,29 @@ def frames(
         pixels, reach = outlines(camera, ends_m, radii)
         boxes = _boxes(camera, pixels, reach)
         for solid, ends, far, box in zip(solids, pixels, reach, boxes, strict=True):
-            at = int(draw.integers(len(speckle)))
-            seen = paint.draw(picture, depth, room, sight, solid, ends, far, stage.PAINT, limbs.shape[1], box)
-            paint.grained(empty, speckle, at, planes)
+            at = int(rng.integers(len(speckle)))
+            seen = paint.draw(picture, depth, room, slopes, solid, ends, far, stage.PAINT, limbs.shape[1], box)
+            paint.add_grain(empty, speckle, at, planes)
             paint.expose(picture, speckle, at, box, planes)
             yield planes, seen
 
 
 def _boxes(camera: Camera, pixels: Floats, reach: Floats) -> npt.NDArray[np.int64]:
-    """Return left, top, right and bottom, the last two excluded, of what solids may cover in each frame (T, 4)."""
+    """Return the box (T, 4) that solids may cover in each frame: left, top, right, bottom, the last two exclusive."""
     far = reach[:, :, None, None]
     low, high = (pixels - far).min(axis=(1, 2)), (pixels + far).max(axis=(1, 2)) + 2.0
     return np.clip(np.concatenate([low, high], axis=1), 0, [*camera.size_px] * 2).astype(np.int64)
 
 
-def noted(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:
-    """Yield the planes of ``frames``, and put the pixels of markers that are seen into ``seen`` (T, 15)."""
+def record_visibility(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> Iterator[Planes]:
+    """Yield the planes of ``frames``, and write the numbers of visible pixels of the markers to ``seen`` (T, 15)."""
     for frame, (planes, shown) in enumerate(shots):
         seen[frame] = shown
         yield planes
 
 
 def encode(path: Path, planes: Iterable[Planes], fps: float) -> None:
-    """Write ``planes``, each (3, H, W) and possibly one array that changes, as MJPEG 4:4:4 in Matroska."""
+    """Write ``planes``, each (3, H, W) and possibly one array that is overwritten, as MJPEG 4:4:4 in Matroska."""
     with av.open(str(path), "w", format="matroska", container_options={"fflags": "+bitexact"}) as container:
         rate = Fraction(fps).limit_denominator(1000)
         stream = container.add_stream("mjpeg", rate=rate)
@@ -102,7 +102,7 @@ def encode(path: Path, planes: Iterable[Planes], fps: float) -> None:
         stream.options = {"qmin": str(QUALITY), "qmax": str(QUALITY), "flags": "+bitexact"}
         shown = None
         for number, frame in enumerate(planes):
-            if shown is None:  # one for all, as fresh memory for each costs as much as a third of its encoding
+            if shown is None:  # reused, because allocating each frame costs a third as much as encoding it
                 stream.height, stream.width = frame.shape[1:]
                 shown = av.VideoFrame(stream.width, stream.height, PIXELS)
             for plane, values in zip(shown.planes, frame, strict=True):

@@ -1,4 +1,4 @@
-"""Arms and legs: the joint angles that put the end of a two-bone limb to a place."""
+"""Two-bone inverse kinematics: the joint angles that place the end of an arm or leg at a target."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from cospeech.data.arrays import Floats
 
 STRETCH = 0.995
-"""Largest reach as a share of the limb's length: a living limb is never quite straight."""
+"""Maximum reach as a fraction of the length of the limb, which is never quite straight."""
 
 TIGHTEST_DEG = 140.0
-"""How far a limb bends at most."""
+"""Maximum flexion of a limb."""
 
 
 def reach(
@@ -20,14 +20,14 @@ def reach(
 ) -> tuple[Floats, Floats]:
     """Return the rotation of the upper bone (T, 3, 3) and the hinge angle about x of the lower one (T,) in degrees.
 
-    Both bones hang along -y at zero angles. The hinge only ever bends its natural way: an elbow ``forward``, with a
-    negative angle, a knee ``backward``, with a positive one.
+    Both bones hang along -y at zero angles. The hinge bends only its natural way: an elbow ``forward`` with a
+    negative angle, a knee ``backward`` with a positive one.
 
     Parameters
     ----------
-    target_m : (T, 3) place of the limb's end from its root, in the frame of the root's parent; out of reach, or
-        nearer than the limb can bend, it moves along its line.
-    pole : (T, 3) direction in which the middle joint stands off from the line between root and target.
+    target_m : (T, 3) position of the end of the limb relative to its root, in the frame of the root's parent. A
+        target that is out of reach, or too close, is moved along the line from the root.
+    pole : (T, 3) direction in which the middle joint points away from the line between root and target.
     """
     distance = np.linalg.norm(target_m, axis=1)
     line = target_m / distance[:, None]

@@ -1,4 +1,4 @@
-"""The melody: pitch and intensity that the prosody patterns ask of a speaker, moment by moment."""
+"""The melody: target contours of pitch and intensity, given by the prosody patterns of the script."""
 
 from __future__ import annotations
 
@@ -12,51 +12,51 @@ from cospeech.data.segments import at_times, frame_times
 from cospeech.studio.patterns import PATTERNS, contour
 
 LEVEL_DB = -31.0
-"""Intensity of a pattern at 0 dB, in decibels below full scale."""
+"""Level of a pattern with 0 dB, in decibels re full scale."""
 ROOM_DB = -60.0
-"""Noise of the room."""
+"""Level of the room noise, in decibels re full scale."""
 STEP_S = 0.001
-"""Grid of a plan."""
+"""Time step of a plan."""
 GLIDE_S = 0.04
-"""How long pitch and intensity take from one phrase to the next."""
+"""Duration of the transition of pitch and intensity from one phrase to the next."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is planted in one record on the grid of ``STEP_S``: pitch in Hz and intensity in dB, NaN in pauses."""
+    """The target contours of one record with time step ``STEP_S``: pitch in Hz and intensity in dB, NaN in pauses."""
 
     times_s: Floats
     pitch_hz: Floats
     intensity_db: Floats
 
     def pitch_at(self, times_s: Floats) -> Floats:
-        """Return the planted pitch in Hz at ``times_s``."""
+        """Return the target pitch in Hz at ``times_s``."""
         return np.interp(times_s, self.times_s, self.pitch_hz)
 
     def intensity_at(self, times_s: Floats) -> Floats:
-        """Return the planted intensity in decibels re full scale at ``times_s``."""
+        """Return the target intensity in decibels re full scale at ``times_s``."""
         return np.interp(times_s, self.times_s, self.intensity_db)
 
     def part(self, start_s: float, end_s: float) -> Plan:
-        """Return the plan of one stretch of speech."""
+        """Return the plan between two times."""
         here = (self.times_s >= start_s) & (self.times_s < end_s)
         return Plan(self.times_s[here], self.pitch_hz[here], self.intensity_db[here])
 
 
 def plan(prosody: pd.DataFrame, base_hz: float) -> Plan:
-    """Return what is to be planted in a record whose speaker has this base pitch.
+    """Return the target contours of a record for a speaker with the base pitch ``base_hz``.
 
-    From one phrase to the next pitch and intensity glide within a few hundredths of a second, as a voice does.
+    Pitch and intensity change smoothly from one phrase to the next within a few hundredths of a second.
     """
     times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / STEP_S), 1.0 / STEP_S)
-    pitch_st, intensity_db = course(prosody, times_s)
+    pitch_st, intensity_db = phrase_contours(prosody, times_s)
     return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
 
 
-def course(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
-    """Return pitch in semitones from the speaker's base and intensity in decibels re full scale at ``times_s``.
+def phrase_contours(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
+    """Return pitch in semitones re the speaker's base, and intensity in decibels re full scale, at ``times_s``.
 
-    Both have shape (T,), step from phrase to phrase, and are NaN in pauses.
+    Both have shape (T,), change abruptly from phrase to phrase, and are NaN in pauses.
     """
     row = at_times(prosody, times_s)
     start_s, end_s = (prosody[name].to_numpy()[row] for name in ("start_s", "end_s"))
@@ -72,7 +72,7 @@ def course(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
 
 
 def _glide(values: Floats) -> Floats:
-    """Return a Hann-weighted running mean over ``GLIDE_S`` that does not reach across gaps (NaN)."""
+    """Return a Hann-weighted running mean over ``GLIDE_S`` that ignores gaps (NaN)."""
     window = np.hanning(round(GLIDE_S / STEP_S) + 3)[1:-1]
     known = ~np.isnan(values)
     weight = np.convolve(known, window, mode="same")

@@ -1,7 +1,8 @@
-"""The body: joint angles of the whole skeleton from the choreography of the hands.
+"""Motion of the whole body: joint angles from the choreography of the hands.
 
-Trunk and head sway slowly, breathe, turn to the hand that gestures and nod with the voice; the hips shift the weight
-from leg to leg while the feet stay where they are. Arms and legs follow by the geometry of two bones.
+The trunk sways slowly, breathes and turns towards the gesturing hand; the head sways and nods with the voice; the
+hips shift the weight from leg to leg while the feet stay in place. Arms and legs follow by two-bone inverse
+kinematics.
 """
 
 from __future__ import annotations
@@ -21,65 +22,65 @@ from cospeech.studio.patterns import PATTERNS
 UPPER_ARM_M, FOREARM_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("forearm", "hand"))
 THIGH_M, SHIN_M = (float(-OFFSET_M[f"left_{bone}"][1]) for bone in ("shin", "foot"))
 KNEES_SOFT_M = 0.008
-"""How much lower than with straight legs the hips are."""
+"""How much softly flexed knees lower the hips."""
 
 NOD = {"p3": 2.0, "p4": 2.5, "p5": 3.5, "p6": 4.5, "p7": 6.0}
-"""Depth in degrees of the nod that goes with a prosody pattern."""
+"""Depth in degrees of the nod with each prosody pattern."""
 
 
 def perform(
     actor: str, record: str, gestures: pd.DataFrame, prosody: pd.DataFrame, fps: float, seed: int
 ) -> pd.DataFrame:
-    """Return the motion table, without noise, of one record.
+    """Return the noise-free motion table of one record.
 
     Parameters
     ----------
     gestures, prosody : the segment tables of the record in the script.
-    fps : frames a second of the motion.
+    fps : frame rate of the motion.
     """
-    draw = random_source(seed, "motion", record)
+    rng = random_source(seed, "motion", record)
     manner = style(actor, seed)
     duration_s = float(gestures["end_s"].iloc[-1])
     times_s = frame_times(round(duration_s * fps), fps)
-    hands = tracks(gestures, manner, draw)
+    hands = tracks(gestures, manner, rng)
     moving = [track.at(times_s) for track in hands]
     degrees = dict.fromkeys(JOINTS, np.zeros((len(times_s), 3)))
-    degrees |= _trunk(times_s, moving, prosody, manner, draw)
+    degrees |= _trunk(times_s, moving, prosody, manner, rng)
     for side, values in zip(SIDES, moving, strict=True):
-        degrees |= _arm(side, values, times_s, draw)
-    root_m, legs = _legs(times_s, degrees["hips"], draw)
+        degrees |= _arm(side, values, times_s, rng)
+    root_m, legs = _legs(times_s, degrees["hips"], rng)
     degrees |= legs
     angles = skeleton.unwrap(np.stack([degrees[joint] for joint in JOINTS], axis=1))
     return skeleton.motion_table(root_m, angles, fps)
 
 
-def sensed(motion: pd.DataFrame, noise_deg: float, record: str, seed: int) -> pd.DataFrame:
-    """Return the motion as a capture would deliver it: with white noise on every joint angle."""
+def with_sensor_noise(motion: pd.DataFrame, noise_deg: float, record: str, seed: int) -> pd.DataFrame:
+    """Return the motion as from motion capture, with white noise on every joint angle."""
     columns = skeleton.angle_columns()
     noise = random_source(seed, "sensor", record).normal(0.0, noise_deg, (len(motion), len(columns)))
     return motion.assign(**{column: motion[column] + noise[:, k] for k, column in enumerate(columns)})
 
 
-def _wander(times_s: Floats, slow_hz: float, fast_hz: float, draw: np.random.Generator) -> Floats:
-    """Return a smooth, aimless course of unit variance, (T,): a few sines between two frequencies."""
-    hertz = draw.uniform(slow_hz, fast_hz, 5)
-    phase = draw.uniform(0.0, 2.0 * np.pi, 5)
+def _wander(times_s: Floats, slow_hz: float, fast_hz: float, rng: np.random.Generator) -> Floats:
+    """Return a smooth random signal (T,) of unit variance: a few sines between two frequencies."""
+    hertz = rng.uniform(slow_hz, fast_hz, 5)
+    phase = rng.uniform(0.0, 2.0 * np.pi, 5)
     return np.sin(2.0 * np.pi * hertz * times_s[:, None] + phase).sum(axis=1) / np.sqrt(2.5)
 
 
 def _trunk(
-    times_s: Floats, moving: list[Floats], prosody: pd.DataFrame, manner: Style, draw: np.random.Generator
+    times_s: Floats, moving: list[Floats], prosody: pd.DataFrame, manner: Style, rng: np.random.Generator
 ) -> dict[str, Floats]:
     lifted = [np.clip((values[:, 1] + 0.5) / 0.4, 0.0, 1.0) for values in moving]
     towards = 5.0 * (lifted[0] - lifted[1])  # positive turns to the left
     spread = np.clip((moving[0][:, 0] + moving[1][:, 0]) / 2 - 0.3, 0.0, 0.2) / 0.2
-    breath = np.sin(2.0 * np.pi * draw.uniform(0.22, 0.30) * times_s + draw.uniform(0.0, 6.0))
+    breath = np.sin(2.0 * np.pi * rng.uniform(0.22, 0.30) * times_s + rng.uniform(0.0, 6.0))
     chest = 1.0 + 0.5 * breath - 3.0 * spread
 
     def sway(degrees: float, slow_hz: float = 0.03, fast_hz: float = 0.25) -> Floats:
-        return manner.sway * degrees * _wander(times_s, slow_hz, fast_hz, draw)
+        return manner.sway * degrees * _wander(times_s, slow_hz, fast_hz, rng)
 
-    nods = _nods(times_s, prosody, draw)
+    nods = _nods(times_s, prosody, rng)
     return {
         "hips": np.column_stack([sway(0.4), sway(0.8), sway(0.4)]),
         "spine": np.column_stack([1.0 + sway(0.7), 0.4 * towards + sway(0.8), sway(0.7)]),
@@ -89,29 +90,29 @@ def _trunk(
     }
 
 
-def _nods(times_s: Floats, prosody: pd.DataFrame, draw: np.random.Generator) -> Floats:
-    """Return the nods (T,) in degrees: down and up once in each accented intonation phrase."""
+def _nods(times_s: Floats, prosody: pd.DataFrame, rng: np.random.Generator) -> Floats:
+    """Return the head nods (T,) in degrees: down and up once in each spoken intonation phrase."""
     nods = np.zeros(len(times_s))
     speaking = [pattern.name for pattern in PATTERNS if pattern.speaks]
     for start, end, label in zip(prosody["start_s"], prosody["end_s"], prosody["label"], strict=True):
         if label in speaking:
             length = min(end - start, 0.7)
-            depth = NOD.get(label, 1.0) * draw.uniform(0.6, 1.4) * min(1.0, length / 0.5) ** 2
+            depth = NOD.get(label, 1.0) * rng.uniform(0.6, 1.4) * min(1.0, length / 0.5) ** 2
             first, last = np.searchsorted(times_s, [start, start + length])
             nods[first:last] += depth * np.sin(np.pi * (times_s[first:last] - start) / length) ** 2
     return nods
 
 
-def _arm(side: str, values: Floats, times_s: Floats, draw: np.random.Generator) -> dict[str, Floats]:
-    """Return the angles of arm, forearm and hand that follow the keys ``values`` (T, 8) of one hand."""
+def _arm(side: str, values: Floats, times_s: Floats, rng: np.random.Generator) -> dict[str, Floats]:
+    """Return the angles of arm, forearm and hand that follow the interpolated ``values`` (T, 8) of one hand."""
     mirror = 1.0 if side == "left" else -1.0
     outward = np.array([mirror, 1.0, 1.0])
     shoulder = OFFSET_M[f"{side}_arm"]
-    idle = 0.004 * np.column_stack([_wander(times_s, 0.1, 0.6, draw) for _ in range(3)])
+    idle = 0.004 * np.column_stack([_wander(times_s, 0.1, 0.6, rng) for _ in range(3)])
     target = (values[:, :3] + idle) * outward - (shoulder[0], 0.0, 0.0)
     turned, elbow = reach(target, values[:, 3:6] * outward, UPPER_ARM_M, FOREARM_M, "forward")
     still = np.zeros(len(values))
-    drop = -8.0 + 2.0 * _wander(times_s, 0.2, 1.0, draw)
+    drop = -8.0 + 2.0 * _wander(times_s, 0.2, 1.0, rng)
     return {
         f"{side}_arm": skeleton.euler(turned),
         f"{side}_forearm": np.column_stack([elbow, mirror * values[:, 6], still]),
@@ -119,9 +120,9 @@ def _arm(side: str, values: Floats, times_s: Floats, draw: np.random.Generator) 
     }
 
 
-def _legs(times_s: Floats, hips_deg: Floats, draw: np.random.Generator) -> tuple[Floats, dict[str, Floats]]:
-    """Return the course of the hips (T, 3) in metres, and the leg angles that keep the feet flat on their spots."""
-    aside, ahead = 0.012 * _wander(times_s, 0.03, 0.15, draw), 0.006 * _wander(times_s, 0.03, 0.2, draw)
+def _legs(times_s: Floats, hips_deg: Floats, rng: np.random.Generator) -> tuple[Floats, dict[str, Floats]]:
+    """Return the displacement of the hips (T, 3) in metres, and leg angles that keep the feet flat and in place."""
+    aside, ahead = 0.012 * _wander(times_s, 0.03, 0.15, rng), 0.006 * _wander(times_s, 0.03, 0.2, rng)
     shift = np.column_stack([aside, np.full(len(times_s), -KNEES_SOFT_M), ahead])
     turned = skeleton.rotations(hips_deg)
     upright = np.swapaxes(turned, 1, 2)

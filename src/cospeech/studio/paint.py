@@ -1,7 +1,7 @@
-"""The compiled part of filming: rays against capsules, the nearest wins; sixteen rays a pixel around markers.
+"""The compiled part of filming: ray casting of capsules, with sixteen rays per pixel around markers.
 
-Everything stands in the axes of the camera, metres. Rows of pixels go through single-precision arithmetic without
-branches, which the compiler turns into vector instructions. One thread: the same picture on every run.
+All geometry is in camera coordinates, metres. Rows of pixels use branch-free single-precision arithmetic, which the
+compiler vectorises. A single thread renders, so that every run gives the same image.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ Shorts = npt.NDArray[np.int16]
 Grain = npt.NDArray[np.int8]
 
 SAMPLES = 4
-"""Rays along either side of a pixel around markers."""
+"""Number of rays per pixel and axis around markers."""
 AMBIENT = np.float32(0.72)
-"""Share of light from all sides: the studio is lit diffusely (2.4 of the thesis)."""
+"""Fraction of ambient light: the studio is lit diffusely (Özkul 2012, 2.4)."""
 BITS = 4
 STEPS = 1 << BITS
-"""Steps of light from one value of a byte to the next before noise is added; the weights of the blur sum to it."""
+"""Intensity steps per unit of a byte before noise is added; equal to the sum of the weights of the blur."""
 
 ZERO, ONE, NEUTRAL, FAR = np.float32(0.0), np.float32(1.0), np.float32(128.0), np.float32(np.inf)
 
 compiled = njit(error_model="numpy")
-"""What is divided by zero is infinite or NaN, which no comparison takes for a hit.
+"""Division by zero yields infinity or NaN, which never compares as a hit.
 
 Arithmetic is as written, without ``fastmath``: with it, the last bit of a depth depends on the bytecode, which
 differs between versions of Python, and on whether a pixel is in a vector or in the remainder of its row.
@@ -37,10 +37,10 @@ differs between versions of Python, and on whether a pixel is in a vector or in 
 
 
 def solids(ends: Floats, radii: Floats) -> Singles:
-    """Return what ``strike`` asks of capsules with ``ends`` (..., n, 2, 3) and ``radii`` (n,), as rows (..., n, 15).
+    """Return capsules with ``ends`` (..., n, 2, 3) and ``radii`` (n,) as rows (..., n, 15) for ``intersect``.
 
-    The first end a, the unit vector u to the second, their distance, the radius, a.u, the part of a across u, u x a;
-    a ball is a capsule of length 0.
+    Each row holds the first end a, the unit vector u to the second, their distance, the radius, a.u, the component of
+    a perpendicular to u, and u x a. A ball is a capsule of length 0.
     """
     a, b = ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]
     length = np.linalg.norm(b, axis=-1, keepdims=True)
@@ -51,11 +51,11 @@ def solids(ends: Floats, radii: Floats) -> Singles:
 
 
 @compiled
-def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
-    """Return depth z, and the cosine towards the camera, where ray d = (x, y, 1) enters a solid; infinite for a miss.
+def intersect(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
+    """Return depth z and cosine of incidence where the ray d = (x, y, 1) enters a solid; infinite depth for a miss.
 
-    ``solid`` is a row of ``solids`` as ``numbers``. The ray passes the axis at the distance (u x a).d / |d x u|, and
-    enters through the cylinder where it meets it between the ends, else through the ball at the end that it passes.
+    ``solid`` is a row of ``solids`` as from ``unpack``. The distance of the ray from the axis is (u x a).d / |d x u|.
+    It enters through the cylinder if it hits it between the ends, and otherwise through the ball at the closer end.
     """
     ax, ay, az, ux, uy, uz, length, radius, along, qx, qy, qz, mx, my, mz = solid
     dd = x * x + y * y + ONE
@@ -78,8 +78,8 @@ def strike(x: Single, y: Single, solid: Solid) -> tuple[Single, Single]:
 
 
 @compiled
-def numbers(solid: Singles, k: int) -> Solid:
-    """Return row ``k`` of ``solids`` as ``strike`` takes it: numbers stay in registers."""
+def unpack(solid: Singles, k: int) -> Solid:
+    """Return row ``k`` of ``solids`` as a tuple for ``intersect``, which keeps the values in registers."""
     return (
         solid[k, 0], solid[k, 1], solid[k, 2], solid[k, 3], solid[k, 4], solid[k, 5], solid[k, 6], solid[k, 7],
         solid[k, 8], solid[k, 9], solid[k, 10], solid[k, 11], solid[k, 12], solid[k, 13], solid[k, 14],
@@ -88,8 +88,10 @@ def numbers(solid: Singles, k: int) -> Solid:
 
 @compiled
 def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
-    """Return the columns, the last excluded, that a bar of half-width ``reach`` from one of ``pixels`` to the other
-    may cover in a row."""
+    """Return the columns, the last exclusive, of one row that a solid may cover.
+
+    Its outline lies within ``reach`` of the segment between its two ends at ``pixels`` (2, 2).
+    """
     x0, y0 = pixels[0]
     x1, y1 = pixels[1]
     low, high = 0.0, 1.0
@@ -105,20 +107,21 @@ def span(pixels: Floats, reach: float, row: int, width: int) -> tuple[int, int]:
 
 @compiled
 def draw(
-    picture: Singles, depth: Singles, room: Singles, sight: Singles, solid: Singles, pixels: Floats, reach: Floats,
+    picture: Singles, depth: Singles, room: Singles, slopes: Singles, solid: Singles, pixels: Floats, reach: Floats,
     paint: Singles, n_limbs: int, box: Integers,
 ) -> Floats:  # fmt: skip
-    """Draw limbs, then markers, into ``box`` of ``picture``; return the pixels of each marker that are seen (m,).
+    """Draw limbs, then markers, into ``box`` of ``picture``; return the number of visible pixels of each marker (m,).
 
     Parameters
     ----------
-    picture, depth : (3, H, W) and (H, W), of which ``box`` is drawn anew.
-    room : (3, H, W) what is seen where no solid is.
-    sight : (2, H, W) slopes of the ray of each pixel.
+    picture, depth : (3, H, W) and (H, W) buffers, redrawn within ``box``.
+    room : (3, H, W) background.
+    slopes : (2, H, W) slopes of the ray through each pixel.
     solid : (n, 15) rows of ``solids``, limbs first.
-    pixels, reach : (n, 2, 2), (n,) where the ends are seen, and how far from them a solid may be seen, pixels.
+    pixels, reach : (n, 2, 2) projected ends; (n,) largest distance of the outline from the line between them, pixels.
     paint : (n, 3) Y, Cb, Cr in full light.
-    box : left, top, right, bottom, the last two excluded, of all that may be covered.
+    n_limbs : number of limbs.
+    box : left, top, right, bottom (the last two exclusive) of the region that may be covered.
     """
     height, width = depth.shape
     for row in range(box[1], box[3]):
@@ -128,34 +131,34 @@ def draw(
     near, light = np.empty(width, dtype=np.float32), np.empty(width, dtype=np.float32)
     rays = np.empty((4, SAMPLES * SAMPLES), dtype=np.float32)
     for k in range(n_limbs):
-        limb = numbers(solid, k)
+        limb = unpack(solid, k)
         top, bottom = _rows(pixels[k], reach[k], height)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
-            _strike_row(sight[0, row, left:right], sight[1, row, left:right], limb, near, light)
+            _intersect_row(slopes[0, row, left:right], slopes[1, row, left:right], limb, near, light)
             for c in range(3):
                 full, none = paint[k, c], (ZERO if c == 0 else NEUTRAL)
                 _paint_row(picture[c, row, left:right], depth[row, left:right], near, light, full - none, none)
-            _approach(depth[row, left:right], near)
+            _update_depth(depth[row, left:right], near)
     seen = np.zeros(len(solid) - n_limbs)
     others = np.empty(len(solid), dtype=np.int64)
     for k in range(n_limbs, len(solid)):
         top, bottom = _rows(pixels[k], reach[k], height)
         count = _neighbours(pixels, reach, k, others)
-        ball = numbers(solid, k)
+        ball = unpack(solid, k)
         for row in range(top, bottom):
             left, right = span(pixels[k], reach[k], row, width)
             if right - left < 2:
                 continue
-            x = sight[0, row, left:right]
-            _clear_row(x, sight[1, row, left:right], ball, near)
+            x = slopes[0, row, left:right]
+            _distance_row(x, slopes[1, row, left:right], ball, near)
             pixel = ball[2] * (x[-1] - x[0]) / np.float32(len(x) - 1)  # at the marker's depth, metres
             for column in range(left, right):
                 away = near[column - left]
                 if away < pixel:
                     inside = away < -pixel
-                    seen[k - n_limbs] += _fine(
-                        picture, depth, sight, solid, paint[k], n_limbs, others[:count], row, column, k, inside, rays
+                    seen[k - n_limbs] += _supersample(
+                        picture, depth, slopes, solid, paint[k], n_limbs, others[:count], row, column, k, inside, rays
                     )
     return seen
 
@@ -167,15 +170,15 @@ def _copy(plane: Singles, out: Singles) -> None:
 
 
 @compiled
-def _strike_row(x: Singles, y: Singles, limb: Solid, near: Singles, light: Singles) -> None:
+def _intersect_row(x: Singles, y: Singles, limb: Solid, near: Singles, light: Singles) -> None:
     for column in range(len(x)):
-        z, cosine = strike(x[column], y[column], limb)
+        z, cosine = intersect(x[column], y[column], limb)
         near[column], light[column] = z, AMBIENT + (ONE - AMBIENT) * cosine
 
 
 @compiled
-def _clear_row(x: Singles, y: Singles, ball: Solid, away: Singles) -> None:
-    """Put into ``away`` how far from the surface of a ball each ray passes, negative if it enters, metres."""
+def _distance_row(x: Singles, y: Singles, ball: Solid, away: Singles) -> None:
+    """Fill ``away`` with the distance of each ray from the surface of a ball, negative if it enters, metres."""
     for column in range(len(x)):
         u, v = x[column], y[column]
         ox, oy, oz = ball[1] - v * ball[2], u * ball[2] - ball[0], v * ball[0] - u * ball[1]
@@ -190,7 +193,7 @@ def _paint_row(plane: Singles, depth: Singles, near: Singles, light: Singles, fu
 
 
 @compiled
-def _approach(depth: Singles, near: Singles) -> None:
+def _update_depth(depth: Singles, near: Singles) -> None:
     for column in range(len(depth)):
         depth[column] = min(depth[column], near[column])
 
@@ -203,7 +206,7 @@ def _rows(pixels: Floats, reach: float, height: int) -> tuple[int, int]:
 
 @compiled
 def _neighbours(pixels: Floats, reach: Floats, marker: int, others: Integers) -> int:
-    """Put into ``others`` the other solids that may be seen where a marker is, and return how many."""
+    """Fill ``others`` with the other solids that may overlap a marker in the image, and return how many there are."""
     count = 0
     for j in range(len(reach)):
         gap = reach[j] + reach[marker]
@@ -219,46 +222,50 @@ def _neighbours(pixels: Floats, reach: Floats, marker: int, others: Integers) ->
 
 
 @compiled
-def _fine(
-    picture: Singles, depth: Singles, sight: Singles, solid: Singles, paint: Singles, n_limbs: int,
+def _supersample(
+    picture: Singles, depth: Singles, slopes: Singles, solid: Singles, paint: Singles, n_limbs: int,
     others: Integers, row: int, column: int, marker: int, inside: bool, rays: Singles,
 ) -> float:  # fmt: skip
-    """Lay one marker over one pixel by sixteen rays; return the share of them that meet it first.
+    """Draw one marker in one pixel with sixteen rays; return the fraction of rays that hit it first.
 
-    ``rays`` (4, 16) is working space: slopes x and y, depth and light of the marker.
+    ``rays`` (4, 16) is a work buffer: slopes x and y, depth and shading of the marker.
     """
     height, width = depth.shape
-    ball = numbers(solid, marker)
+    ball = unpack(solid, marker)
     before, after = max(column - 1, 0), min(column + 1, width - 1)
     above, below = max(row - 1, 0), min(row + 1, height - 1)
-    # Limbs within a pixel: behind them nothing is seen, and where none is as near, only other markers can hide this.
+    # Depth of limbs within a pixel: a marker behind all of them is hidden, and one in front of all of them can only
+    # be hidden by other markers.
     nearest, farthest = FAR, ZERO
     for i in range(above, below + 1):
         for j in range(before, after + 1):
             nearest, farthest = min(nearest, depth[i, j]), max(farthest, depth[i, j])
     if farthest < ball[2] - ball[7]:
         return 0.0
-    x, y = sight[0, row, column], sight[1, row, column]
-    if inside and nearest > ball[2]:  # one ray tells as much as sixteen, and only another marker can hide it
-        z, light = strike(x, y, ball)
+    x, y = slopes[0, row, column], slopes[1, row, column]
+    if inside and nearest > ball[2]:  # one ray is enough, and only another marker can hide this one
+        z, light = intersect(x, y, ball)
         for j in others:
-            if j >= n_limbs and strike(x, y, numbers(solid, j))[0] <= z:
+            if j >= n_limbs and intersect(x, y, unpack(solid, j))[0] <= z:
                 return 0.0
         share, brightness = ONE, AMBIENT + (ONE - AMBIENT) * light
     else:
-        dx, dy = sight[0, row, after] - sight[0, row, before], sight[1, row, after] - sight[1, row, before]
-        ex, ey = sight[0, below, column] - sight[0, above, column], sight[1, below, column] - sight[1, above, column]
+        dx, dy = slopes[0, row, after] - slopes[0, row, before], slopes[1, row, after] - slopes[1, row, before]
+        ex, ey = (
+            slopes[0, below, column] - slopes[0, above, column],
+            slopes[1, below, column] - slopes[1, above, column],
+        )
         for i in range(SAMPLES * SAMPLES):
             u = np.float32(((i % SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
             v = np.float32(((i // SAMPLES + 0.5) / SAMPLES - 0.5) / 2.0)
             rays[0, i], rays[1, i] = x + u * dx + v * ex, y + u * dy + v * ey
-            z, light = strike(rays[0, i], rays[1, i], ball)
+            z, light = intersect(rays[0, i], rays[1, i], ball)
             rays[2, i], rays[3, i] = z, AMBIENT + (ONE - AMBIENT) * light
         for j in others:
             if j >= n_limbs or nearest < ball[2]:
-                other = numbers(solid, j)
+                other = unpack(solid, j)
                 for i in range(SAMPLES * SAMPLES):
-                    z, _ = strike(rays[0, i], rays[1, i], other)
+                    z, _ = intersect(rays[0, i], rays[1, i], other)
                     rays[2, i] = FAR if z <= rays[2, i] else rays[2, i]
         share, brightness = ZERO, ZERO
         for i in range(SAMPLES * SAMPLES):
@@ -275,10 +282,10 @@ def _fine(
 
 
 @compiled
-def grained(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
-    """Fill ``planes`` (3, H, W) with ``room`` (3, H, W), in ``STEPS``, and ``grain`` from ``at`` on, as bytes.
+def add_grain(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
+    """Fill ``planes`` (3, H, W) with ``room`` (3, H, W), in steps of 1 / ``STEPS``, plus ``grain`` from ``at`` on.
 
-    What ``room`` shows lies farther from black and from full light than the strongest grain.
+    ``room`` must leave enough headroom for the strongest grain, as the sum is not clipped.
     """
     height, width = room.shape[1:]
     for c in range(3):
@@ -288,21 +295,21 @@ def grained(room: Shorts, grain: Grain, at: int, planes: Planes) -> None:
 
 @compiled
 def _add(shown: Shorts, grain: Grain, out: Planes) -> None:
-    for column in range(len(out)):  # 32 bits and a shift for the division, so that the loop runs in vectors
+    for column in range(len(out)):  # 32-bit integers and a shift instead of a division, so that the loop vectorises
         light = np.int32(shown[column]) + np.int32(grain[column]) + np.int32(STEPS // 2)
         out[column] = np.uint8(light >> np.int32(BITS))
 
 
 @compiled
 def _grain(grain: Grain, at: int, row: int, width: int) -> Grain:
-    """Return the noise of a row, from another place of the table than that of its neighbours."""
+    """Return the noise of a row, taken from a different part of the table than that of its neighbours."""
     first = (at + row * 7919) % (len(grain) - width)
     return grain[first : first + width]
 
 
 @compiled
 def expose(picture: Singles, grain: Grain, at: int, box: Integers, planes: Planes) -> None:
-    """Fill ``box`` of ``planes`` with ``picture`` (3, H, W), blurred by 1 2 1, and ``grain`` from ``at`` on."""
+    """Fill ``box`` of ``planes`` with ``picture`` (3, H, W), blurred by 1-2-1, plus ``grain`` from ``at`` on."""
     height, width = picture.shape[1:]
     left, top, right, bottom = box
     n = right - left

@@ -1,8 +1,8 @@
-"""The planted prosody patterns: what the voice does in one intonation phrase.
+"""The planted prosody patterns: pitch and intensity contours of one intonation phrase.
 
-Pitch is counted in semitones from the speaker's own base, intensity in decibels from the speaker's own level, both
-over the phrase's relative time u in [0, 1]. The forms are those that studies of intonation tell apart: level tones of
-two heights, a soft rise, a strong fall, rise-fall, an emphatic accent, and the low soft voice of an aside.
+Pitch is in semitones re the speaker's base pitch, intensity in decibels re the speaker's level, both over the
+relative time u in [0, 1] of the phrase. The forms are those that studies of intonation distinguish: level tones of
+two heights, a soft rise, a strong fall, a rise-fall, an emphatic accent, and the low soft voice of an aside.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cospeech.data.arrays import Floats
 
 @dataclass(frozen=True)
 class Pattern:
-    """One pattern: corner values of pitch and intensity, evenly spaced over the phrase; a pause has none."""
+    """One pattern: knots of the pitch and intensity contours, evenly spaced over the phrase; a pause has none."""
 
     name: str
     meaning: str
@@ -25,7 +25,7 @@ class Pattern:
 
     @property
     def speaks(self) -> bool:
-        """Whether there is a voice in it."""
+        """Whether the pattern is speech and not a pause."""
         return bool(self.pitch_st)
 
 
@@ -44,9 +44,9 @@ PAUSE = NAMES.index("p1")
 
 
 def contour(corners: tuple[float, ...], u: Floats) -> Floats:
-    """Return the values at relative times ``u`` in [0, 1] of the smooth line through the corners.
+    """Return the smooth contour through the knots ``corners`` at relative times ``u`` in [0, 1].
 
-    Between two corners the line runs as a half cosine, so that it is flat at each corner, as spoken tones are.
+    Interpolation is by half cosines, so that the contour is flat at each knot, as spoken tones are.
     """
     if len(corners) == 1:
         return np.full_like(u, corners[0])

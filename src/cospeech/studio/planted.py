@@ -1,4 +1,4 @@
-"""The truth of a film as tables: where each marker is, in the world and in each view, and how much of it is seen."""
+"""Ground truth of a film as tables: the positions of the markers in 3D and in each view, and their visible pixels."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cospeech.motion.markers import NAMES
 
 
 def in_views(cameras: Sequence[Camera], markers_m: Floats, seen: Floats) -> pd.DataFrame:
-    """Return the table ``markers_2d`` of markers (T, 15, 3) in metres, of which ``seen`` (C, T, 15) pixels show.
+    """Return the table ``markers_2d`` of markers (T, 15, 3) in metres with ``seen`` (C, T, 15) visible pixels.
 
-    A hidden marker is ``lost``, but its place is still told.
+    A hidden marker has the status ``lost``, but its true position.
     """
     views = []
     for camera, shown in zip(cameras, seen, strict=True):
@@ -30,7 +30,7 @@ def in_views(cameras: Sequence[Camera], markers_m: Floats, seen: Floats) -> pd.D
 
 
 def in_world(markers_m: Floats, seen: Floats, fps: float) -> pd.DataFrame:
-    """Return the table ``markers_3d`` of markers (T, 15, 3) in metres, of which ``seen`` (C, T, 15) pixels show."""
+    """Return the table ``markers_3d`` of markers (T, 15, 3) in metres with ``seen`` (C, T, 15) visible pixels."""
     table = _index(len(markers_m))
     table.insert(1, "time_s", (table["frame"] + 0.5) / fps)
     table[["x_m", "y_m", "z_m"]] = markers_m.reshape(-1, 3)

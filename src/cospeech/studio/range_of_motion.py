@@ -1,4 +1,4 @@
-"""The range-of-motion take: an actor moves neck, shoulders, elbows and trunk in turn, between two static poses."""
+"""The range-of-motion take: exercises of neck, trunk, shoulders and elbows in turn, between two static poses."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ EXERCISES = (
     {"right_arm": (-80.0, 50.0, -60.0), "right_forearm": (-60.0, 0.0, 0.0)},
     {"left_forearm": (-120.0, 0.0, 0.0), "right_forearm": (-120.0, 0.0, 0.0)},
 )
-"""Joints of each exercise, with how far x, y and z turn, degrees; elbows and arms swing to one side only."""
+"""Joints of each exercise with amplitudes about x, y and z in degrees; arms and elbows move to one side only."""
 
 ONE_SIDED = ("left_arm", "right_arm", "left_forearm", "right_forearm")
 
 
 def perform(fps: float) -> pd.DataFrame:
-    """Return the motion table of the take, 24 s that start and end with hanging arms."""
+    """Return the motion table of the take, which lasts 24 s and starts and ends with hanging arms."""
     n_exercise, n_static = round(EXERCISE_S * fps), round(STATIC_S * fps)
     angles = np.zeros((2 * n_static + len(EXERCISES) * n_exercise, len(skeleton.JOINTS), 3))
     share = (np.arange(n_exercise) + 0.5) / n_exercise

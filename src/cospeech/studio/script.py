@@ -1,15 +1,15 @@
-"""The script: which gesture and which prosody pattern happens when, in every record.
+"""The script: the gesture phrases and intonation phrases of every record.
 
 Gesture phrases are a semi-Markov process; the last one is cut off by the end of the record. Speech is a sequence of
-intonation phrases whose duration is drawn from one distribution, whatever the pattern. With probability ``coupling``
-a gesture phrase is coupled: its speech starts with it, draws its patterns from the gesture's own distribution, and is
-cut off with it. Each run of uncoupled gesture phrases between two coupled ones is spoken over by a process that draws
-its patterns from the marginal distribution and ignores gesture boundaries. As durations tell nothing of the pattern,
-every frame of gesture i carries pattern p with probability (1 - coupling) m(p) + coupling b_i(p), exactly; and at
-coupling 0 the two processes are independent, boundaries included.
+intonation phrases whose durations have the same distribution for all patterns. With probability ``coupling`` a
+gesture phrase is coupled: its speech starts with it, samples patterns from the distribution of the gesture, and is
+cut off with it. During each run of uncoupled gesture phrases between coupled ones, speech samples its patterns from
+the marginal distribution and ignores gesture boundaries. As durations are independent of the pattern, every frame of
+gesture i has pattern p with probability exactly (1 - coupling) m(p) + coupling b_i(p); at coupling 0 the two
+processes are independent, including their boundaries.
 
-Both processes live on the grid of prosody frames, so that the planted durations are exact bins of the semi-Markov
-model; gesture phrases are therefore given in prosody frames, not in frames of the motion.
+Both processes are defined on the grid of prosody frames, so that the planted durations are exact bins of the
+semi-Markov model. Gesture phrases are therefore given in prosody frames, not in motion frames.
 """
 
 from __future__ import annotations
@@ -28,15 +28,18 @@ from cospeech.studio.cast import Member
 from cospeech.studio.patterns import NAMES
 
 INTONATION_S = (0.4, 1.6)
-"""Shortest and longest intonation phrase; every length on the grid between them is equally likely."""
+"""Shortest and longest intonation phrase; all durations on the grid between them are equally likely."""
 
 CLEAR_S = 1.0
-"""A shorter phrase is no good example of its class."""
+"""Minimum duration of a phrase that is a clear example of its class."""
 
 
-class Draw(NamedTuple):
-    """What is drawn for one record: first frames and classes of gesture phrases, whether each is coupled, (L,), and
-    first frames and patterns of intonation phrases, (K,)."""
+class Sample(NamedTuple):
+    """The sampled script of one record.
+
+    First frames and classes of gesture phrases and whether each is coupled, (L,); first frames and patterns of
+    intonation phrases, (K,).
+    """
 
     gesture_starts: Integers
     gestures: Integers
@@ -45,13 +48,13 @@ class Draw(NamedTuple):
     patterns: Integers
 
 
-def draw(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Draw:
-    """Draw the script of one record of ``n_frames`` prosody frames. The gestures do not depend on ``coupling``."""
+def sample(member: Member, record: str, n_frames: int, coupling: float, frame_s: float, seed: int) -> Sample:
+    """Return a random script of one record of ``n_frames`` prosody frames; gestures do not depend on ``coupling``."""
     starts, labels = gesture_process(member, n_frames, random_source(seed, "gestures", record))
     rng = random_source(seed, "speech", record)
     coupled = rng.random(len(starts)) < coupling
     first, patterns = prosody_process(member, starts, labels, coupled, n_frames, frame_s, rng)
-    return Draw(starts, labels, coupled, first, patterns)
+    return Sample(starts, labels, coupled, first, patterns)
 
 
 def write(
@@ -59,7 +62,7 @@ def write(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the script of one record: the segment tables of its gestures and of its prosody."""
     n_frames = round(duration_s / frame_s)
-    drawn = draw(member, record, n_frames, coupling, frame_s, seed)
+    drawn = sample(member, record, n_frames, coupling, frame_s, seed)
     gestures, patterns = (
         np.array(GESTURES, dtype=object)[drawn.gestures],
         np.array(NAMES, dtype=object)[drawn.patterns],
@@ -71,7 +74,7 @@ def write(
 
 
 def gesture_process(member: Member, n_frames: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
-    """Return first frames (L,) and classes (L,) of the gesture phrases that cover ``n_frames`` frames."""
+    """Sample gesture phrases that cover ``n_frames`` frames; return their first frames (L,) and classes (L,)."""
     rows = _cumulative(np.vstack([member.initial, member.transitions]))
     lasting = _cumulative(member.durations)
     starts, labels = [], []
@@ -94,7 +97,7 @@ def prosody_process(
     frame_s: float,
     rng: np.random.Generator,
 ) -> tuple[Integers, Integers]:
-    """Return first frames (K,) and patterns (K,) of the intonation phrases that cover ``n_frames`` frames."""
+    """Sample intonation phrases that cover ``n_frames`` frames; return their first frames (K,) and patterns (K,)."""
     shortest, longest = (round(limit / frame_s) for limit in INTONATION_S)
     own, marginal = _cumulative(member.coupled), _cumulative(member.marginal())
     opens = coupled | np.append(True, coupled[:-1])  # a coupled phrase, or the first of a run of uncoupled ones
@@ -112,7 +115,7 @@ def prosody_process(
 
 
 def _cumulative(probability: Floats) -> Floats:
-    """Return the distribution function, its last step exactly 1 and steps of no probability never taken."""
+    """Return the cumulative distribution, normalised so that it ends at exactly 1."""
     total = np.cumsum(probability, axis=-1)
     return total / total[..., -1:]
 
@@ -122,10 +125,11 @@ def _pick(distribution: Floats, rng: np.random.Generator) -> int:
 
 
 def examples(gestures: pd.DataFrame, count: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Return ``count`` annotated examples of each class (fewer where there are fewer) of one actor's records.
+    """Return up to ``count`` annotated examples of each class from the records of one actor.
 
-    Examples are whole phrases, never a record's last one, which its end cuts off, and clear ones before short ones.
-    They are taken from the records in turn, so that a fold that leaves a record out keeps examples of each class.
+    Examples are complete phrases, never the last one of a record, which is cut off; clear ones are preferred to short
+    ones. They are taken from the records in turn, so that a fold that leaves out a record keeps examples of each
+    class.
 
     Parameters
     ----------

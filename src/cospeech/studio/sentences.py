@@ -1,4 +1,4 @@
-"""What the cast says: Turkish sentences, written for this studio, rich in voiced sounds, one story a scenario."""
+"""What the cast says: Turkish sentences written for this studio, rich in voiced sounds, one story per scenario."""
 
 SENTENCES = {
     "memory": (
@@ -50,4 +50,4 @@ SENTENCES = {
         "Yani demem o ki, bu görüntü bana evimi anımsatıyor.",
     ),
 }
-"""The scenarios of Özkul 2012, 3.2, that one person plays alone."""
+"""The scenarios of Özkul 2012, 3.2, for a single speaker."""

@@ -1,4 +1,4 @@
-"""What stands before the cameras: the actor as capsules, from the suit to the skin, and the empty room behind."""
+"""The scene in front of the cameras: the actor's suit and skin as capsules, and the empty room."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from cospeech.motion.markers import COLOURS, MARKERS
 
 SUIT, SKIN = (34, 34, 38), (205, 150, 120)
 WALL, FLOOR = (16.0, 20.0)
-"""Luma of the room; it has no colour."""
+"""Luma of the room, which has no colour."""
 
 PALM_M = -0.030
-"""How far outward of the axis that the forearm turns about the middle of wrist and palm is: the axis runs through the
-head of the ulna (I. A. Kapandji, The Physiology of the Joints, vol. 1)."""
+"""Outward offset of the centres of wrist and palm from the axis of forearm rotation, which runs through the head of
+the
+ulna (I. A. Kapandji, The Physiology of the Joints, vol. 1)."""
 
 LIMBS = (
     ("hips", (-0.07, 0.02, 0.0), "hips", (0.07, 0.02, 0.0), 0.105, SUIT),
@@ -40,13 +41,13 @@ LIMBS = (
         )
     ),
 )
-"""Capsules: joint and place of either end in its frame, metres; radius, metres; colour."""
+"""Capsules: joint and position in its frame of both ends, metres; radius, metres; colour."""
 
 RADII_M = np.array([limb[4] for limb in LIMBS])
 
 
 def ycbcr(rgb: npt.ArrayLike) -> Singles:
-    """Return Y, Cb, Cr (..., 3), full range (JFIF 1.02, section 7), of red, green and blue (..., 3)."""
+    """Return full-range Y, Cb, Cr (..., 3) (JFIF 1.02, section 7) of red, green and blue (..., 3)."""
     red, green, blue = np.moveaxis(np.asarray(rgb, dtype=float), -1, 0)
     luma = 0.299 * red + 0.587 * green + 0.114 * blue
     return np.stack([luma, 128 + (blue - luma) / 1.772, 128 + (red - luma) / 1.402], axis=-1).astype(np.float32)
@@ -57,7 +58,7 @@ PAINT = ycbcr([limb[5] for limb in LIMBS] + [COLOURS[marker.colour] for marker i
 
 
 def limbs(motion: pd.DataFrame) -> Floats:
-    """Return both ends of the capsules through a motion table, (T, n, 2, 3) in the world, metres."""
+    """Return the ends of the capsules in each frame of a motion table, (T, n, 2, 3) in the world, metres."""
     turned, joints = skeleton.chain(
         motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float), skeleton.angles(motion)
     )
@@ -69,20 +70,20 @@ def limbs(motion: pd.DataFrame) -> Floats:
     return np.stack(ends, axis=1).reshape(len(motion), len(LIMBS), 2, 3)
 
 
-def sight(camera: Camera) -> Singles:
-    """Return the slopes x / z and y / z (2, H, W) of the ray of each pixel in the axes of ``camera``."""
+def ray_slopes(camera: Camera) -> Singles:
+    """Return the slopes x / z and y / z (2, H, W) of the ray through each pixel, in camera coordinates."""
     width, height = camera.size_px
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
     return np.ascontiguousarray(np.moveaxis(flatten(camera, grid), -1, 0), dtype=np.float32)
 
 
-def room(camera: Camera, sight: Singles) -> Singles:
-    """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor a little lighter near the actor.
+def room(camera: Camera, slopes: Singles) -> Singles:
+    """Return Y, Cb, Cr (3, H, W) of the empty room: a dark wall, and a floor that is slightly lighter near the actor.
 
-    ``sight`` (2, H, W) is that of ``camera``.
+    ``slopes`` (2, H, W) are the ``ray_slopes`` of ``camera``.
     """
     width, height = camera.size_px
-    right, below = sight.astype(float)
+    right, below = slopes.astype(float)
     down = np.stack([right, below, np.ones((height, width))], axis=-1) @ camera.rotation
     place = camera.place_m
     along = np.where(down[..., 1] < -1e-9, -place[1] / np.minimum(down[..., 1], -1e-9), np.inf)

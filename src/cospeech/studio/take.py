@@ -1,4 +1,4 @@
-"""One take: what happens on the stage, filmed by all cameras, and where every marker truly is."""
+"""One take: the performance filmed by all cameras, and the true positions of the markers."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from cospeech.studio import dress, film, planted, stage
 def shoot(
     motion: pd.DataFrame, actor: str, cameras: Sequence[Camera], paths: Sequence[str | Path], seed: int
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Film a motion table from every camera, one file each, and return the tables ``markers_2d`` and ``markers_3d``.
+    """Film a motion table from all cameras, and return the true ``markers_2d`` and ``markers_3d`` tables.
 
     Parameters
     ----------
-    actor : who wears the markers.
-    paths : the film of each camera.
+    actor : the actor who wears the markers.
+    paths : path of the film of each camera.
     """
     fps = skeleton.frame_rate(motion)
     limbs, markers = stage.limbs(motion), dress.wear(motion, dress.places(actor, seed))
     seen = np.empty((len(cameras), *markers.shape[:2]))
     for camera, path, shown in zip(cameras, paths, seen, strict=True):
         with tables.replacing(path) as temporary:
-            film.encode(temporary, film.noted(film.frames(camera, limbs, markers, seed), shown), fps)
+            film.encode(temporary, film.record_visibility(film.frames(camera, limbs, markers, seed), shown), fps)
     return planted.in_views(cameras, markers, seen), planted.in_world(markers, seen, fps)

@@ -1,12 +1,13 @@
-"""The voice: Praat's synthesiser speaks Turkish, and its words are made to carry the planted pitch and intensity.
+"""The voice: Turkish speech from Praat's synthesiser, resynthesised with the planted pitch and intensity.
 
-Words fill the stretches between pauses: as many as fit best, their tempo adjusted by overlap-add (PSOLA), which also
-puts the planted pitch in place of the synthesiser's own. Then a slow gain brings the sound to the planted intensity.
-Pauses hold the noise of the room, which lies under everything. What is unvoiced stays so: a consonant without voice
-has no pitch to carry.
+The stretches between pauses are filled with the number of words that fits best. Overlap-add (PSOLA) adjusts their
+tempo and replaces the pitch of the synthesiser with the planted one; a slowly varying gain then sets the planted
+intensity. Room noise underlies everything and is all there is in pauses. Unvoiced sounds have no pitch and stay
+unvoiced.
 
-The synthesiser remembers in a process what it said before, down to a flutter of the voice that nothing resets: the
-same bytes come of the same calls from the start of a process. The rule gives every record a process of its own.
+The synthesiser keeps state within a process, including a flutter of the voice that cannot be reset. The output is
+therefore reproducible only for the same sequence of calls from the start of a process; the workflow runs every record
+in its own process.
 """
 
 from __future__ import annotations
@@ -29,29 +30,29 @@ from cospeech.studio.patterns import PATTERNS
 from cospeech.studio.sentences import SENTENCES
 
 LANGUAGE = "Turkish"
-KNOWN_VOICES = "take Female1 to Female5 or Male1 to Male7"
+KNOWN_VOICES = "use Female1 to Female5 or Male1 to Male7"
 RATE_HZ = 16000
 WORDS_PER_MINUTE = 175
 LOWEST_HZ, HIGHEST_HZ = 75.0, 350.0
-"""All planted pitch lies between these, where a speaker's is, and well inside what a tracker looks for."""
+"""Range of planted pitch: that of human speakers, and well within the search range of a pitch tracker."""
 TEMPO = (0.75, 1.35)
-"""How much words may be shortened or stretched to fit."""
+"""Range of the duration factor by which words may be shortened or stretched."""
 LONGEST_PERIOD_S = 0.02
-"""Praat takes neighbouring glottal pulses as voice up to this distance."""
+"""Largest distance of successive glottal pulses in voiced speech, as in Praat."""
 VOICE_RANGE_HZ = (55.0, 450.0)
-"""Where the synthesiser's own pitch is looked for."""
+"""Search range for the pitch of the synthesiser."""
 WORD_TIER = 3
-"""Sentence, clause, word, phoneme: the tiers that Praat's synthesiser hands out."""
+"""Number of the word tier; the tiers of Praat's synthesiser are sentence, clause, word and phoneme."""
 PITCH_STEP_S = 0.005
 DEEPEST_DB = 10.0
-"""How far below its stretch's mean speech is still brought up; what is softer, the closure of a stop, stays soft."""
+"""Largest level deficit, relative to the mean of the stretch, that is compensated; softer parts stay soft."""
 EDGE_S = 0.015
 SYLLABLE_S = 0.1
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Speech between two pauses: when it starts and ends, in seconds, and the words that fill it, (n,)."""
+    """Speech between two pauses: its start and end in seconds, and the samples of its words, (n,)."""
 
     start_s: float
     end_s: float
@@ -61,37 +62,38 @@ class Stretch:
 def speak(
     record: str, prosody: pd.DataFrame, voice: str, scenario: str, frame_s: float, seed: int
 ) -> tuple[Floats, pd.DataFrame]:
-    """Return the sound of one record, (n,) at 16 kHz, full scale 1, and what was planted in it.
+    """Return the sound of one record and the planted prosody.
 
     Parameters
     ----------
     prosody : the intonation phrases of the record in the script.
     voice : a voice variant of Praat's synthesiser.
-    scenario : which story is told, a key of ``sentences.SENTENCES``.
+    scenario : the story to tell, a key of ``sentences.SENTENCES``.
+    frame_s : spacing of prosody frames, seconds.
 
     Returns
     -------
-    The samples, and per prosody frame the planted lag 1 / F0 (null in pauses and unvoiced sounds), the planted
-    intensity in decibels re full scale, over a syllable, and the pattern (schema planted_prosody).
+    The samples (n,) at 16 kHz with full scale 1; and a table (schema ``planted_prosody``) with, per prosody frame,
+    the planted lag 1 / F0 (null in pauses and unvoiced sounds), the planted intensity over a syllable in decibels re
+    full scale, and the pattern.
 
     Raises
     ------
-    UserError : where Praat knows no such voice.
+    UserError : if Praat has no such voice.
 
     Notes
     -----
-    The synthesiser remembers what it has spoken before: the same bytes come from the first call of a process, as in a
-    job of the workflow.
+    The synthesiser keeps state: only the first call in a process is reproducible, as in a job of the workflow.
     """
     duration_s = float(prosody["end_s"].iloc[-1])
     frames_s = frame_times(round(duration_s / frame_s), 1.0 / frame_s)
-    draw = random_source(seed, "voice", record)
-    # Overlap-add turns pieces of unvoiced sound round at random: with Praat's generator, which so is ours.
-    run(f"random_initializeWithSeedUnsafelyButPredictably ({draw.integers(2**31)})\n")
+    rng = random_source(seed, "voice", record)
+    # Overlap-add reverses pieces of unvoiced sound at random, using Praat's generator, which is seeded here.
+    run(f"random_initializeWithSeedUnsafelyButPredictably ({rng.integers(2**31)})\n")
     sound = np.zeros(round(duration_s * RATE_HZ))
     lag_s, intensity_db = np.full(len(frames_s), np.nan), np.full(len(frames_s), ROOM_DB)
     whole = plan(prosody, base_hz(voice))
-    for stretch in _stretches(prosody, _words(voice, scenario, draw)):
+    for stretch in _stretches(prosody, _words(voice, scenario, rng)):
         planted = whole.part(stretch.start_s, stretch.end_s)
         first, last = round(stretch.start_s * RATE_HZ), round(stretch.end_s * RATE_HZ)
         spoken, is_voiced = _with_pitch(stretch, planted, last - first)
@@ -100,7 +102,7 @@ def speak(
         intensity_db[here] = planted.intensity_at(frames_s[here])
         here = here[is_voiced(frames_s[here])]
         lag_s[here] = 1.0 / planted.pitch_at(frames_s[here])
-    sound += draw.normal(0.0, 10.0 ** (ROOM_DB / 20.0), len(sound))
+    sound += rng.normal(0.0, 10.0 ** (ROOM_DB / 20.0), len(sound))
     patterns = prosody["label"].to_numpy(dtype=object)[at_times(prosody, frames_s)]
     table = pd.DataFrame(
         {
@@ -115,11 +117,11 @@ def speak(
 
 
 def base_hz(voice: str) -> float:
-    """Return the base pitch of a voice: the median of its own, moved where a pattern would leave the range of speech.
+    """Return the base pitch of a voice: its median pitch, limited so that all patterns stay in the range of speech.
 
     Raises
     ------
-    UserError : where Praat knows no such voice, or it whispers.
+    UserError : if Praat has no such voice, or if it is a whisper.
     """
     sound = _synthesised(_synthesiser(voice), SENTENCES["memory"][0])[1]
     track = sound.to_pitch(pitch_floor=50.0, pitch_ceiling=500.0).selected_array["frequency"]
@@ -147,12 +149,12 @@ def _synthesised(synthesiser: parselmouth.Data, text: str) -> tuple[parselmouth.
     return grid, sound
 
 
-def _words(voice: str, scenario: str, draw: np.random.Generator) -> Iterator[Floats]:
-    """Yield the words of the story one after another, without its pauses, from a sentence on and for ever."""
+def _words(voice: str, scenario: str, rng: np.random.Generator) -> Iterator[Floats]:
+    """Yield the words of the story without its pauses, starting at a random sentence and repeating endlessly."""
     synthesiser = _synthesiser(voice)
     story = SENTENCES[scenario]
     spoken: dict[int, list[Floats]] = {}
-    place = int(draw.integers(len(story)))
+    place = int(rng.integers(len(story)))
     while True:
         if place not in spoken:
             spoken[place] = _cut(*_synthesised(synthesiser, story[place]))
@@ -181,7 +183,7 @@ def _stretches(prosody: pd.DataFrame, words: Iterator[Floats]) -> Iterator[Stret
         start_s, end_s = float(prosody["start_s"].iloc[first]), float(prosody["end_s"].iloc[after - 1])
         room = (end_s - start_s) * RATE_HZ
         chosen = [next(words)]
-        # One more while there is room for more than half a word.
+        # Add words until the remaining room is less than half a word.
         while sum(map(len, chosen)) + len(chosen[-1]) / 2 < room:
             chosen.append(next(words))
         yield Stretch(start_s, end_s, np.concatenate(chosen))
@@ -190,7 +192,7 @@ def _stretches(prosody: pd.DataFrame, words: Iterator[Floats]) -> Iterator[Stret
 def _with_pitch(
     stretch: Stretch, planted: Plan, length: int
 ) -> tuple[Floats, Callable[[Floats], npt.NDArray[np.bool_]]]:
-    """Return the words of a stretch at its length and with its pitch, (length,), and what tells voiced times."""
+    """Return the words of a stretch at its length and with its pitch, (length,), and a function of voiced times."""
     tempo = float(np.clip(length / len(stretch.words), *TEMPO))
     words = parselmouth.Sound(stretch.words, RATE_HZ)
     manipulation = call(words, "To Manipulation", 0.01, *VOICE_RANGE_HZ)
@@ -210,7 +212,7 @@ def _with_pitch(
 
 
 def _pitch_tier(stretch: Stretch, planted: Plan, tempo: float, duration_s: float) -> parselmouth.Data:
-    """Return the planted pitch as Praat's tier over the words before their tempo changes."""
+    """Return the planted pitch as a pitch tier of Praat, over the words at their original tempo."""
     steps = max(1, int(duration_s / PITCH_STEP_S))
     source_s = frame_times(steps, 1.0 / PITCH_STEP_S)
     course = parselmouth.Sound(planted.pitch_at(stretch.start_s + source_s * tempo), 1.0 / PITCH_STEP_S)
@@ -218,10 +220,11 @@ def _pitch_tier(stretch: Stretch, planted: Plan, tempo: float, duration_s: float
 
 
 def _with_intensity(spoken: Floats, intensity_db: Floats) -> Floats:
-    """Return the speech with its slow level, that of a syllable, brought to the planted one, and soft edges."""
+    """Return the speech with its level over a syllable set to the planted intensity, and with faded edges."""
     width = round(SYLLABLE_S * RATE_HZ)
     power = _running_mean(_running_mean(spoken**2, width // 2), width // 2)
-    softest = 10.0 ** (-DEEPEST_DB / 10.0) * power.mean() + 1e-12  # the words may be shorter than their room
+    # The floor is not zero because the words may be shorter than the stretch.
+    softest = 10.0 ** (-DEEPEST_DB / 10.0) * power.mean() + 1e-12
     own_db = 10.0 * np.log10(np.maximum(power, softest))
     place = np.arange(len(spoken))
     edge = np.clip((np.minimum(place, place[::-1]) + 1) / (EDGE_S * RATE_HZ), 0.0, 1.0)
@@ -229,7 +232,7 @@ def _with_intensity(spoken: Floats, intensity_db: Floats) -> Floats:
 
 
 def _running_mean(values: Floats, width: int) -> Floats:
-    """Return the mean of the ``width`` values around each, or of those that exist near the ends."""
+    """Return the centred running mean over ``width`` values, over fewer near the ends."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     place = np.arange(len(values))
     first, last = np.maximum(place - width // 2, 0), np.minimum(place + width - width // 2, len(values))

@@ -1,7 +1,7 @@
 """What a synthesis system says about itself.
 
-A declaration is a light object: importing it loads neither numpy nor compiled kernels, so the Snakefile can list
-all systems at every start. The method behind it is a module that is imported only where it runs.
+A declaration is a light object: importing it loads neither numpy nor compiled kernels, so that the Snakefile can list
+all systems whenever it starts. The method is a separate module, which is imported only where it runs.
 """
 
 from __future__ import annotations
@@ -17,11 +17,15 @@ Need = Literal["gestures", "prosody_labels", "prosody", "motion", "truth"]
 Output = Literal["phrases", "motion"]
 
 ROLES: tuple[Role, ...] = get_args(Role)
+NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
+ORIGINAL = "original"
+"""The name of the actor's own motion in tables of results."""
+
 RESERVED = (
     *("phrases", "phrases_seen", "motion", "units", "decoding"),
     *("gestures", "gesture_model", "prosody_model"),
 )
-"""Tables that stand next to those of a model, so that a model cannot use their names."""
+"""Names of tables that lie next to those of a model, which a model can therefore not use."""
 
 WRONG_SPEECH: dict[Drive, str] = {
     "shuffled": "another record's speech",
@@ -29,9 +33,13 @@ WRONG_SPEECH: dict[Drive, str] = {
 }
 
 
+class DeclarationError(ValueError):
+    """What a system says about itself is impossible."""
+
+
 @dataclass(frozen=True)
 class System:
-    """A synthesis system, a control or a ceiling: one line of every table of results.
+    """A synthesis system, a control or a ceiling: one row of every table of results.
 
     Attributes
     ----------
@@ -39,27 +47,28 @@ class System:
     title : name that readers see.
     method : import path of the module that trains and synthesises (see ``interface.Method``).
     source : where the method is described.
-    role : a ``system`` listens to the record's speech; a ``control`` does not, or listens to the wrong speech; a
-        ``ceiling`` knows what no system may know.
-    needs : what it learns from and listens to. ``gestures``: the gesture phrases of the training records;
+    role : a ``system`` is driven by the record's own speech; a ``control`` by no speech or by the wrong speech; a
+        ``ceiling`` knows what no system can know.
+    needs : what it learns from and what drives it. ``gestures``: the gesture phrases of the training records;
         ``prosody_labels``: the prosody cluster of every frame; ``prosody``: the prosody features of every frame;
         ``motion``: the joint angles of the training records; ``truth``: what the virtual studio planted.
-    makes : ``phrases``, which unit selection turns into motion, or ``motion``, in which the actor's gesture model
-        finds phrases.
-    shares : name of the system whose trained model it uses, where that is not its own.
+    makes : ``phrases``, which unit selection turns into motion, or ``motion``, which the actor's gesture model
+        segments into phrases.
+    shares : name of the system whose trained model it uses, if that is not its own.
     tables : tables of its trained model, name to schema.
-    schemas : import path of a package whose folder holds the schemas in ``tables`` that cospeech does not bring.
+    schemas : import path of the package whose folder contains the schemas in ``tables``, one ``<schema>.yaml`` each.
+        Schemas that are not there are those of cospeech.
     settings : names and default values of its own settings, ``synthesis.systems.<name>`` in the configuration.
-    order : position among the systems of its role, small numbers first.
-    controls : names of the two controls that run the same decoder under wrong speech (``shuffled``, ``shifted``);
-        by default made from the system's name.
-    swept : whether it runs at every setting of the sweep over prosody clusters (systems of cospeech itself).
-    decoder : name of the system whose method this is: its own, except for controls under wrong speech.
-    drive : the speech that it listens to.
+    order : position among the systems of its role; small numbers come first.
+    controls : names of its two matched controls, which are the same decoder driven by ``shuffled`` and by ``shifted``
+        speech; by default they are formed from the name of the system.
+    swept : whether it runs at every setting of the sweep over prosody clusters (systems of cospeech itself only).
+    decoder : name of the system that the method belongs to: its own name, except for matched controls.
+    drive : the speech that drives it.
 
     Raises
     ------
-    ValueError : where the declaration contradicts itself.
+    DeclarationError : if the declaration is impossible or contradicts itself.
     """
 
     name: str
@@ -80,24 +89,45 @@ class System:
     drive: Drive = "own"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
-            raise ValueError(f"declares the name {self.name!r}; use letters, digits, '-' and '_' only")
+        if not (isinstance(self.name, str) and re.fullmatch(NAME, self.name)):
+            raise DeclarationError(f"declares the name {self.name!r}; use letters, digits, '-' and '_' only")
+        if self.name == ORIGINAL:
+            raise DeclarationError(f"declares the name '{ORIGINAL}', which stands for the actor's own motion")
+        for attribute, kind in _TYPES.items():
+            value = getattr(self, attribute)
+            if not isinstance(value, kind):
+                raise DeclarationError(f"declares {attribute} {value!r}; expected a {kind.__name__.lower()}")
         for attribute, known in (("role", ROLES), ("makes", get_args(Output)), ("drive", get_args(Drive))):
             value = getattr(self, attribute)
             if value not in known:
-                raise ValueError(f"declares {attribute} {value!r}; known are {', '.join(known)}")
+                raise DeclarationError(f"declares {attribute} {value!r}; known are {', '.join(known)}")
         for need in self.needs:
             if need not in get_args(Need):
-                raise ValueError(f"declares that it needs {need!r}; known are {', '.join(get_args(Need))}")
-        taken = [name for name in self.tables if name in RESERVED]
-        if taken:
-            raise ValueError(f"declares a table {taken[0]!r} of its model; that name is taken, use another")
-        if not (isinstance(self.method, str) and self.method):
-            raise ValueError("declares no method; give the import path of the module that trains and synthesises")
+                raise DeclarationError(f"declares that it needs {need!r}; known are {', '.join(get_args(Need))}")
+        if self.role == "system" and not {"prosody_labels", "prosody"} & set(self.needs):
+            raise DeclarationError(
+                "declares the role 'system', but needs neither 'prosody_labels' nor 'prosody': no speech would drive "
+                "it; declare one of them, or the role 'control'"
+            )
+        for table, schema in self.tables.items():
+            if table in RESERVED:
+                raise DeclarationError(f"declares a table '{table}' of its model; the name is reserved, use another")
+            if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
+                raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
+        if not self.method:
+            raise DeclarationError(
+                "declares no method; give the import path of the module that trains and synthesises"
+            )
         if not self.decoder:
             object.__setattr__(self, "decoder", self.name)
         if self.role == "system" and not self.controls:
             object.__setattr__(self, "controls", tuple(f"{self.name}_{drive}" for drive in WRONG_SPEECH))
+        if len(self.controls) not in (0, len(WRONG_SPEECH)) or not all(
+            isinstance(control, str) and re.fullmatch(NAME, control) for control in self.controls
+        ):
+            raise DeclarationError(
+                f"declares the controls {self.controls!r}; give two names, for {' and '.join(WRONG_SPEECH)} speech"
+            )
 
     @property
     def model(self) -> str:
@@ -105,13 +135,22 @@ class System:
         return self.shares or self.decoder
 
     @property
-    def listens(self) -> bool:
-        """Whether speech reaches it at all."""
-        return bool({"prosody_labels", "prosody", "truth"} & set(self.needs))
+    def table_schemas(self) -> dict[str, str]:
+        """The schema of each of its model's tables, as ``data.tables.schema`` finds it."""
+        package = f"{self.schemas}:" if self.schemas else ""
+        return {table: f"{package}{schema}" for table, schema in self.tables.items()}
 
-    def under_wrong_speech(self) -> list[System]:
-        """Return the controls that run this system's decoder under wrong speech."""
+    def matched_controls(self) -> list[System]:
+        """Return the controls that run this system's decoder on the wrong speech."""
         return [
             replace(self, name=name, title=f"{self.title}: {what}", role="control", controls=(), drive=drive)
             for name, (drive, what) in zip(self.controls, WRONG_SPEECH.items(), strict=False)
         ]
+
+
+_TYPES: dict[str, type] = {
+    **dict.fromkeys(("title", "method", "source", "shares", "schemas"), str),
+    **dict.fromkeys(("needs", "controls"), tuple),
+    **dict.fromkeys(("tables", "settings"), Mapping),
+    "order": int,
+}

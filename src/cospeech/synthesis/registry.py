@@ -1,18 +1,18 @@
 """The systems that are installed: entry points of the group ``cospeech.systems``.
 
-An entry point names a ``System`` or a tuple of them. A package of its own can thus add a system: once installed, it
-is named in the configuration (``synthesis.systems``) like any other.
+An entry point names a ``System`` or a tuple of them. A third-party package can add a system in this way: once the
+package is installed, the system is named in the configuration (``synthesis.systems``) like any other.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple
 
 from cospeech.errors import UserError
-from cospeech.synthesis.declaration import ROLES, System
+from cospeech.synthesis.declaration import ROLES, WRONG_SPEECH, DeclarationError, System
 
 GROUP = "cospeech.systems"
 HOME = "cospeech"
@@ -26,9 +26,13 @@ class Failure(NamedTuple):
 
 
 class Registered(NamedTuple):
-    """The systems of a run by name (systems, their controls and the others, ceilings), and those that failed.
+    """The systems of a run.
 
-    ``origins`` names the package that brought a system, for systems that cospeech does not bring itself.
+    Attributes
+    ----------
+    systems : by name; systems first, then their matched controls, other controls and ceilings.
+    origins : the package of each system that is not part of cospeech.
+    failures : the systems that could not be loaded.
     """
 
     systems: dict[str, System]
@@ -36,82 +40,102 @@ class Registered(NamedTuple):
     failures: list[Failure]
 
     def apart(self, name: str) -> bool:
-        """Return whether a system comes from another package, and so runs in a process of its own."""
+        """Return whether a system belongs to another package, and therefore runs in a process of its own."""
         return self.systems[name].decoder in self.origins
+
+    def failed(self) -> set[str]:
+        """Return the names that the systems which could not be loaded, and their matched controls, would have had."""
+        names = {failure.system for failure in self.failures}
+        return names | {f"{name}_{drive}" for name in names for drive in WRONG_SPEECH}
+
+
+class _Loaded(NamedTuple):
+    """What an entry point declares, or why it cannot be loaded."""
+
+    name: str
+    package: str
+    systems: tuple[System, ...]
+    error: str | None
 
 
 def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
     """Return the systems that a configuration chooses.
 
+    A system of another package that cannot be loaded is among the failures, and the others run without it.
+
     Parameters
     ----------
-    chosen : ``synthesis.systems`` of the configuration: name of a system to its settings, or False to leave it out.
+    chosen : ``synthesis.systems`` of the configuration: the settings of each system by name, or False to leave it out.
     virtual : whether the corpus has a planted truth.
 
     Raises
     ------
-    UserError : where no installed package has a system of that name, or a setting is unknown.
+    UserError : if no installed package has a system of that name, or a setting is unknown.
     """
     names = {name for name, settings in chosen.items() if settings is not False}
     found: dict[str, System] = {}
     origins: dict[str, str] = {}
-    failures: list[Failure] = []
-    entries = sorted(entry_points(group=GROUP), key=lambda entry: (_package(entry) != HOME, entry.name))
-    for entry in entries:
-        package = _package(entry)
-        try:
-            declared = _declared(entry)
-        except Exception as error:  # whatever another package raises is its own failure, and not the run's
-            if entry.name in names:
-                failures.append(
-                    Failure(entry.name, f"system '{entry.name}' of package '{package}': {_reason(error)}")
-                )
-            continue
-        for system in declared:
-            if system.name not in names or ("truth" in system.needs and not virtual):
+    failures: dict[str, str] = {}
+    owners: dict[str, str] = {}
+    known: list[str] = []
+    broken: list[_Loaded] = []
+    for loaded in _loaded():
+        known += [loaded.name, *(system.name for system in loaded.systems)]
+        if loaded.error:
+            broken.append(loaded)
+        for system in loaded.systems:
+            own = (system.name, *system.controls)
+            clash = next((name for name in own if name in owners), None)
+            if clash is None:
+                owners |= dict.fromkeys(own, loaded.package)
+            if system.name not in names:
                 continue
-            if system.name in found:
-                message = f"system '{system.name}' of package '{package}': the name is taken; rename the system"
-                failures.append(Failure(f"{system.name} of {package}", message))
+            if clash is not None:
+                key = f"{system.name} ({loaded.package})" if system.name in found else system.name
+                failures[key] = (
+                    f"system '{system.name}' of package '{loaded.package}' is left out: package '{owners[clash]}' has "
+                    f"a system '{clash}'; rename one of them"
+                )
                 continue
             found[system.name] = system
-            if package != HOME:
-                origins[system.name] = package
-    missing = sorted(names - found.keys() - {failure.system for failure in failures})
-    known = {name for entry in entries for name in _names(entry)} if missing else set()
-    for name in missing:
-        if name not in known:
+            if loaded.package != HOME:
+                origins[system.name] = loaded.package
+    for name in sorted(names - found.keys() - failures.keys()):
+        if not broken:
             raise UserError(f"config: synthesis.systems: {_unknown(name, sorted(known))}")
+        failures[name] = _cannot_load(name, broken)
     for name, system in found.items():
         settings_of(system, chosen[name])
-    ordered = sorted(found.values(), key=lambda system: (ROLES.index(system.role), system.order, system.name))
-    hearing = [system for system in ordered if system.role == "system"]
-    controls = [control for system in hearing for control in system.under_wrong_speech()]
+    usable = [system for system in found.values() if virtual or "truth" not in system.needs]
+    ordered = sorted(usable, key=lambda system: (ROLES.index(system.role), system.order, system.name))
+    driven = [system for system in ordered if system.role == "system"]
+    controls = [control for system in driven for control in system.matched_controls()]
     rest = [system for system in ordered if system.role != "system"]
-    return Registered({system.name: system for system in hearing + controls + rest}, origins, failures)
+    return Registered(
+        {system.name: system for system in driven + controls + rest},
+        origins,
+        [Failure(name, message) for name, message in failures.items()],
+    )
 
 
 def installed(name: str) -> System:
-    """Return the system ``name``, or the control ``name`` of a system, from whatever package brings it.
+    """Return the system ``name``, or the matched control ``name`` of a system, from whatever package has it.
 
     Raises
     ------
-    UserError : where no installed package has it, or its package fails to load.
+    UserError : if no installed package has it, or its package cannot be loaded.
     """
-    known = []
-    for entry in entry_points(group=GROUP):
-        try:
-            declared = _declared(entry)
-        except Exception as error:
-            if entry.name == name:
-                raise UserError(f"system '{name}' of package '{_package(entry)}': {_reason(error)}") from error
-            continue
-        for system in declared:
-            for one in (system, *system.under_wrong_speech()):
+    known: list[str] = []
+    broken: list[_Loaded] = []
+    for loaded in _loaded():
+        if loaded.error:
+            broken.append(loaded)
+        for system in loaded.systems:
+            for one in (system, *system.matched_controls()):
                 if one.name == name:
                     return one
                 known.append(one.name)
-    raise UserError(_unknown(name, known))
+    raise UserError(_cannot_load(name, broken) if broken else _unknown(name, known))
 
 
 def settings_of(system: System, given: Mapping[str, Any] | bool | None) -> dict[str, Any]:
@@ -136,6 +160,19 @@ def settings_of(system: System, given: Mapping[str, Any] | bool | None) -> dict[
     return {**system.settings, **own}
 
 
+def _loaded() -> Iterator[_Loaded]:
+    """Yield the entry points, those of cospeech first: no other package can take the names of its systems."""
+    entries = [(_package(entry), entry) for entry in entry_points(group=GROUP)]
+    for package, entry in sorted(entries, key=lambda pair: (pair[0] != HOME, pair[1].name, pair[0])):
+        try:
+            yield _Loaded(entry.name, package, _declared(entry), None)
+        except (Exception, SystemExit) as error:  # whatever another package raises must not stop the run
+            if package == HOME:
+                raise
+            reason = str(error) if isinstance(error, DeclarationError) else f"{type(error).__name__}: {error}"
+            yield _Loaded(entry.name, package, (), " ".join(reason.split()))
+
+
 def _package(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist is not None else entry.module.split(".")[0]
 
@@ -145,22 +182,22 @@ def _declared(entry: EntryPoint) -> tuple[System, ...]:
     declared = value if isinstance(value, tuple) else (value,)
     for system in declared:
         if not isinstance(system, System):
-            raise TypeError(
-                f"{entry.value} is {type(system).__name__}, not a System; see CONTRIBUTING, 'A new system'"
+            raise DeclarationError(
+                f"{entry.value} is of type {type(system).__name__}, not System; see CONTRIBUTING, 'A new system'"
             )
     return declared
 
 
-def _names(entry: EntryPoint) -> list[str]:
-    """Return the names that an entry point stands for; its own where it does not load."""
-    try:
-        return [entry.name, *(system.name for system in _declared(entry))]
-    except Exception:
-        return [entry.name]
-
-
-def _reason(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
+def _cannot_load(name: str, broken: list[_Loaded]) -> str:
+    """Return the message for a system that is missing while packages cannot be loaded, of which one may have it."""
+    for one in broken:
+        if one.name == name:
+            return f"system '{name}' of package '{one.package}' cannot be loaded: {one.error}"
+    first = broken[0]
+    return (
+        f"no package that can be loaded has a system '{name}'; package '{first.package}' may have it, but its "
+        f"'{first.name}' cannot be loaded: {first.error}"
+    )
 
 
 def _unknown(name: str, known: list[str]) -> str:

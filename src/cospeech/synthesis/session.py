@@ -1,21 +1,27 @@
-"""How systems are run: trained once, given the speech that drives them, and held to what they declare."""
+"""How systems are run: trained once, driven by speech, and checked against what they declare."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+import logging
+import traceback
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from cospeech.data import segments
+from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
 from cospeech.synthesis.declaration import System
-from cospeech.synthesis.interface import Method, Model, Speech, Synthesis, Training, decoding, phrases_of
+from cospeech.synthesis.interface import Method, Model, Speech, Synthesis, Training, decoding
 from cospeech.synthesis.registry import settings_of
 from cospeech.synthesis.speech import Streams, driving_speech
+
+log = logging.getLogger("cospeech")
 
 
 class Trained(NamedTuple):
@@ -31,7 +37,7 @@ class Driving(NamedTuple):
     Attributes
     ----------
     streams : speech of the actor's records. record : the record to synthesise. frame_s : prosody frame in seconds.
-    seed : the run's seed. shift_s : least shift of the control under its own, shifted speech.
+    seed : the run's seed. shift_s : smallest shift of the control that is driven by its own, shifted speech.
     motion_fps, n_motion_frames : the record's motion, for systems that make motion.
     """
 
@@ -44,7 +50,7 @@ class Driving(NamedTuple):
     n_motion_frames: int = 0
 
     def speech(self, system: System) -> Speech:
-        """Return the speech that a system listens to."""
+        """Return the speech that drives a system."""
         speech = driving_speech(self.streams, self.record, self.frame_s, system.drive, self.seed, self.shift_s)
         return replace(speech, motion_fps=self.motion_fps, n_motion_frames=self.n_motion_frames)
 
@@ -56,7 +62,7 @@ def method_of(system: System) -> Method:
 
 
 class Session:
-    """The systems of one record: each is trained on what a fold knows, and those that share a model train it once.
+    """The systems of one record: each is trained on the same fold, and those that share a model train it once.
 
     Parameters
     ----------
@@ -73,41 +79,88 @@ class Session:
 
     def trained(self, system: System) -> Trained:
         """Return the method of a system and its model."""
-        method = method_of(system)
-        if system.model not in self._models:
-            settings = settings_of(system, self.own.get(system.decoder))
-            self._models[system.model] = method.train(self.training, {**self.shared, **settings})
-        return Trained(method, self._models[system.model])
+        with naming(system):
+            method = method_of(system)
+            if system.model not in self._models:
+                settings = settings_of(system, self.own.get(system.decoder))
+                self._models[system.model] = method.train(self.training, {**self.shared, **settings})
+            return Trained(method, self._models[system.model])
 
     def tables(self, system: System) -> dict[str, pd.DataFrame]:
-        """Return the tables of a system's model."""
-        method, model = self.trained(system)
-        return method.to_tables(model)
-
-    def synthesise(self, system: System, driving: Driving) -> Synthesis:
-        """Return what a system makes of the speech that drives it, checked against its declaration.
+        """Return the tables of a system's model.
 
         Raises
         ------
-        UserError : where it returns something else than it declares, or of the wrong length.
+        UserError : if they are not the tables that it declares.
         """
-        speech = driving.speech(system)
         method, model = self.trained(system)
-        made = method.synthesise(model, speech, driving.seed)
-        problem = fault(system, made, speech)
+        with naming(system):
+            found = method.to_tables(model)
+            problem = table_fault(system, found)
         if problem:
-            raise UserError(f"system '{system.name}' declares that it makes {system.makes}, but {problem}")
-        return made
+            raise UserError(
+                f"system '{system.name}' declares that its model consists of the tables "
+                f"{', '.join(system.tables) or 'none'}, but {problem}"
+            )
+        return found
+
+    def synthesise(self, system: System, driving: Driving) -> Synthesis:
+        """Return what a system makes of the speech that drives it; see ``perform``."""
+        return perform(system, self.trained(system), driving.speech(system), driving.seed, self.training.labels)
 
     def attempt(self, system: System, driving: Driving) -> Synthesis:
-        """Return what a system of another package makes; where it fails, nothing, with the reason in ``decoding``."""
+        """Return what a system of another package makes; if it or its model is wrong, nothing, with the reason."""
+        speech = driving.speech(system)
         try:
-            return self.synthesise(system, driving)
+            made = perform(system, self.trained(system), speech, driving.seed, self.training.labels)
+            self.tables(system)
+            self._check_units(system, made)
         except UserError as error:
-            reason = str(error)
-        except Exception as error:  # whatever another package raises is its own failure, and not the run's
-            reason = f"system '{system.name}', which declares {declared(system)}: {type(error).__name__}: {error}"
-        return nothing(system, driving.speech(system), " ".join(reason.split()))
+            return nothing(system, speech, str(error))
+        return made
+
+    def _check_units(self, system: System, made: Synthesis) -> None:
+        """Raise UserError if no phrase has a label of the training records, from which unit selection takes units."""
+        learnt = {label for table in self.training.gestures.values() for label in table["label"]}
+        if made.phrases is not None and not made.phrases["label"].isin(learnt).any():
+            raise UserError(f"system '{system.name}': no label of its phrases occurs in the training records")
+
+
+def perform(
+    system: System, trained: Trained, speech: Speech, seed: int, labels: Collection[str] | None = None
+) -> Synthesis:
+    """Return what a trained system makes of speech, checked against its declaration.
+
+    Parameters
+    ----------
+    labels : the gesture classes that phrases may have; None: any.
+
+    Raises
+    ------
+    UserError : if it returns something other than what it declares, or something of the wrong length.
+    """
+    with naming(system):
+        made = trained.method.synthesise(trained.model, speech, seed)
+    problem = fault(system, made, speech, labels)
+    if problem:
+        raise UserError(f"system '{system.name}' declares that it makes {system.makes}, but {problem}")
+    return made
+
+
+@contextmanager
+def naming(system: System) -> Iterator[None]:
+    """Turn an error in the code of another package into a UserError that names the system and what it declares.
+
+    The log gets the traceback. Errors in the code of cospeech pass unchanged.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        if system.method.split(".")[0] == __name__.split(".")[0]:
+            raise
+        log.info(traceback.format_exc())
+        reason = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
+        raise UserError(f"system '{system.name}', which declares that it {declared(system)}: {reason}") from error
 
 
 def declared(system: System) -> str:
@@ -115,33 +168,90 @@ def declared(system: System) -> str:
     return f"needs {', '.join(system.needs) or 'nothing'} and makes {system.makes}"
 
 
-def fault(system: System, made: Any, speech: Speech) -> str | None:
-    """Return what is wrong with what a system returned, or None."""
+def fault(system: System, made: Any, speech: Speech, labels: Collection[str] | None = None) -> str | None:
+    """Return what is wrong with what a system returned for the speech, or None.
+
+    Parameters
+    ----------
+    labels : the gesture classes that phrases may have; None: any.
+    """
     if not isinstance(made, Synthesis):
-        return f"returned {type(made).__name__} where a Synthesis is expected"
-    table = made.motion if system.makes == "motion" else made.phrases
-    if not isinstance(table, pd.DataFrame):
-        return "returned none"
-    if system.makes == "motion":
-        if len(table) != speech.n_motion_frames:
-            return (
-                f"its motion for record '{speech.record}' has {len(table)} frames; expected {speech.n_motion_frames}"
-            )
-        missing = [name for name in skeleton.columns() if name not in table.columns]
-        return f"its motion lacks the column '{missing[0]}'" if missing else None
+        return f"it returned an object of type {type(made).__name__}, not Synthesis"
+    wanted, other = ("motion", "phrases") if system.makes == "motion" else ("phrases", "motion")
+    if not isinstance(getattr(made, wanted), pd.DataFrame):
+        return f"it returned no {wanted}"
+    if getattr(made, other) is not None:
+        return f"it also returned {other}"
     try:
-        segments.check(table, "its phrases")
+        problem = _phrases_fault(made.phrases, speech, labels) if made.phrases is not None else None
+        problem = problem or (_motion_fault(made.motion, speech) if made.motion is not None else None)
+        return problem or _decoding_fault(made.decoding, speech)
     except UserError as error:
         return str(error)
-    end = int(table["end_frame"].iloc[-1])
+
+
+def _motion_fault(motion: pd.DataFrame, speech: Speech) -> str | None:
+    where = f"its motion for record '{speech.record}'"
+    if len(motion) != speech.n_motion_frames:
+        return f"{where} has {len(motion)} frames; expected {speech.n_motion_frames}"
+    missing = [name for name in skeleton.columns() if name not in motion.columns]
+    if missing:
+        return f"{where} lacks the column '{missing[0]}'"
+    unknown = [name for name in motion.columns if name not in skeleton.columns()]
+    if unknown:
+        return f"{where} has an unknown column '{unknown[0]}'"
+    tables.validate(motion, "motion", where)
+    times_s = segments.frame_times(speech.n_motion_frames, speech.motion_fps)
+    in_order = np.array_equal(motion["frame"], np.arange(len(motion)))
+    if not (in_order and np.allclose(motion["time_s"], times_s, rtol=0.0, atol=1e-6)):
+        return f"the frames of {where} are not those of {speech.motion_fps:g} frames per second"
+    return None
+
+
+def _phrases_fault(phrases: pd.DataFrame, speech: Speech, labels: Collection[str] | None) -> str | None:
+    where = "its phrases"
+    tables.validate(phrases, "segments", where)
+    segments.check(phrases, where)
+    if labels is not None and not phrases["label"].isin(list(labels)).all():
+        strange = next(label for label in phrases["label"] if label not in labels)
+        return f"{where} have an unknown label '{strange}'; known are {', '.join(labels)}"
+    others = [record for record in phrases["record"] if record != speech.record]
+    if others:
+        return f"{where} are those of record '{others[0]}'; expected '{speech.record}'"
+    end = int(phrases["end_frame"].iloc[-1])
     if end != speech.n_frames:
-        return f"its phrases for record '{speech.record}' end at frame {end}; expected {speech.n_frames}"
+        return f"{where} for record '{speech.record}' end at frame {end}; expected {speech.n_frames}"
+    edges_s = phrases[["start_frame", "end_frame"]].to_numpy() * speech.frame_s
+    if not np.allclose(phrases[["start_s", "end_s"]], edges_s, rtol=0.0, atol=1e-6):
+        return f"the times of {where} are not those of frames of {speech.frame_s:g} s"
+    return None
+
+
+def _decoding_fault(row: Any, speech: Speech) -> str | None:
+    if not (isinstance(row, pd.DataFrame) and len(row) == 1):
+        return "its decoding is not a table of one row"
+    tables.validate(row, "decoding", "its decoding")
+    record = row["record"].iloc[0]
+    return None if record == speech.record else f"its decoding is that of record '{record}'"
+
+
+def table_fault(system: System, found: Any) -> str | None:
+    """Return what is wrong with the tables of a system's model, or None."""
+    if not (isinstance(found, Mapping) and all(isinstance(table, pd.DataFrame) for table in found.values())):
+        return "it returned something else than tables by name"
+    if set(found) != set(system.tables):
+        return f"it returned {', '.join(found) or 'none'}"
+    try:
+        for name, schema in system.table_schemas.items():
+            tables.validate(found[name], schema, f"its table '{name}'")
+    except UserError as error:
+        return str(error)
     return None
 
 
 def nothing(system: System, speech: Speech, reason: str) -> Synthesis:
-    """Return what stands for a system that failed: no phrase or frame, and the reason."""
-    row = decoding(speech, failure=reason)
+    """Return what stands for a system that failed: a table without a row, and the reason."""
+    row = decoding(speech, failure=" ".join(reason.split()))
     if system.makes == "motion":
-        return Synthesis(row, motion=skeleton.standing(1, 1.0).iloc[:0])
-    return Synthesis(row, phrases=phrases_of(speech, [0], [""]).iloc[:0])
+        return Synthesis(row, motion=tables.empty("motion"))
+    return Synthesis(row, phrases=tables.empty("segments"))

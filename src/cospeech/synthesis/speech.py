@@ -89,7 +89,10 @@ def driving_speech(
     if name in streams.labels:
         speech = replace(speech, labels=streams.labels[name][frames])
     if name in streams.prosody:
-        speech = replace(speech, prosody=streams.prosody[name].iloc[frames].reset_index(drop=True))
+        table = streams.prosody[name].iloc[frames].reset_index(drop=True)
+        if drive != "own":  # the rows come from elsewhere, but their times are those of the record
+            table["frame"], table["time_s"] = np.arange(len(table)), segments.frame_times(len(table), 1 / frame_s)
+        speech = replace(speech, prosody=table)
     if name in streams.planted:
         speech = replace(speech, planted=streams.planted[name][frames])
     return speech

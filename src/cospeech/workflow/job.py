@@ -30,8 +30,8 @@ Item = TypeVar("Item")
 
 
 def settings_hash(settings: dict[str, Any]) -> str:
-    """Return the hash of the parameters of a rule, without the parameter ``code``, which is the hash of the code."""
-    relevant = {key: value for key, value in settings.items() if key != "code"}
+    """Return the hash of the parameters of a rule, without those that are hashes of code (``code``, ``..._code``)."""
+    relevant = {key: value for key, value in settings.items() if key != "code" and not key.endswith("_code")}
     return hashlib.sha256(json.dumps(relevant, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
@@ -57,7 +57,7 @@ class Job:
         """Read one table per name from the corresponding path; the result is empty if there are no paths."""
         return {name: tables.read(path, schema) for name, path in zip(names, paths, strict=bool(paths))}
 
-    def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str, schema: str) -> None:
+    def write(self, frame: pd.DataFrame | Sequence[pd.DataFrame], path: str | Path, schema: str) -> None:
         """Write one table, or several concatenated, with the provenance of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)

@@ -1,4 +1,4 @@
-"""Bundle adjustment: derivatives against differences, the solution against scipy, and what a prior does."""
+"""Bundle adjustment: derivatives compared with finite differences, the solution with scipy, the effect of priors."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def test_a_point_is_seen_where_the_camera_projects_it():
 
 
 @pytest.mark.parametrize("number", range(bundle_adjustment.N_ALL + 3))
-def test_derivatives_are_those_of_differences(number):
+def test_derivatives_match_finite_differences(number):
     rig, point = bundle_adjustment.from_cameras([CAMERA]), np.array([0.4, -0.3, 0.5])
     step = 1e-6 * (1000.0 if number in (0, 2, 3) else 1.0)
 
@@ -47,15 +47,15 @@ def test_derivatives_are_those_of_differences(number):
     )
 
 
-def test_what_is_behind_the_camera_is_not_seen():
+def test_a_point_behind_the_camera_is_not_seen():
     rig = bundle_adjustment.from_cameras([CAMERA])
     behind = CAMERA.place_m - CAMERA.rotation[2]
     empty = np.empty(2), np.empty((2, 15)), np.empty((2, 3))
     assert not bundle_adjustment.observe(rig.inner[0], rig.rotations[0], rig.shifts[0], behind, *empty)
 
 
-def test_the_poses_of_a_rigid_body_are_found_with_the_cameras():
-    """Four corners of a plate, seen exactly: from a start that is off, back to the truth up to a common motion."""
+def test_the_poses_of_a_rigid_body_are_estimated_with_the_cameras():
+    """Noise-free views of the four corners of a plate: the truth is recovered, up to a common rigid motion."""
     truth, centres, _ = plant(3, n_points=12)
     rng = np.random.default_rng(1)
     plate = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0.3, 0.2, 0]])
@@ -89,7 +89,7 @@ def small():
     return start, points + rng.normal(0, 0.02, points.shape), observations, used
 
 
-def test_scipy_finds_no_better_least_squares():
+def test_scipy_does_not_improve_the_solution():
     start, points, observations, used = small()
     rig, places = bundle_adjustment.adjust(start, points, observations, used, iterations=200)
     seen = used.any(axis=0)
@@ -114,7 +114,7 @@ def test_scipy_finds_no_better_least_squares():
     assert 2 * second.cost > (1 - 1e-5) * cost
 
 
-def test_a_parameter_that_is_not_free_stays():
+def test_a_parameter_that_is_not_free_does_not_change():
     start, points, observations, used = small()
     rig, _ = bundle_adjustment.adjust(start, points, observations, used, free=("focal",))
     np.testing.assert_array_equal(rig.inner[:, 1:], start.inner[:, 1:])

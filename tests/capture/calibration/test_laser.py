@@ -1,4 +1,4 @@
-"""The laser's spot: found to a small part of a pixel, and not where there is none."""
+"""The laser spot is detected with sub-pixel precision, and not where there is none."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_the_spot_is_found_to_a_tenth_of_a_pixel():
     assert np.abs((found - places).mean(axis=0)).max() < 0.02
 
 
-def test_a_weaker_reflection_is_passed_over():
+def test_a_weaker_reflection_is_ignored():
     x, y = laser.find(*picture([(100.3, 80.6, 0.9), (250.0, 190.0, 0.35)]))
     assert np.hypot(x - 100.3, y - 80.6) < 0.15
 
@@ -39,30 +39,30 @@ def test_a_weaker_reflection_is_passed_over():
     [[], [(250.0, 190.0, 0.2)], [(100.3, 80.6, 0.9), (250.0, 190.0, 0.85)]],
     ids=["dark", "a reflection alone", "two equals"],
 )
-def test_where_no_one_spot_is_sure_there_is_none(spots):
+def test_an_ambiguous_spot_is_not_detected(spots):
     assert np.isnan(laser.find(*picture(spots))).all()
 
 
-def test_a_bright_white_light_is_no_laser():
+def test_a_bright_white_light_is_not_a_spot():
     y, cr = picture([])
     y[100:104, 100:104] = 255
     assert np.isnan(laser.find(y, cr)).all()
 
 
-def test_a_red_surface_is_no_spot():
+def test_a_red_surface_is_not_a_spot():
     y, cr = picture([])
     y[100:160, 100:160] = 120
     cr[100:160, 100:160] = 200
     assert np.isnan(laser.find(y, cr)).all()
 
 
-def test_a_spot_at_the_border_is_found_or_missing_and_never_an_error():
+def test_a_spot_at_the_border_is_detected_or_missing_but_never_an_error():
     for x, y in [(0, 0), (SIZE[0] - 1, SIZE[1] - 1), (0, 100), (100, SIZE[1] - 1)]:
         found = np.array(laser.find(*picture([(x, y, 0.9)])))
         assert np.isnan(found).all() or np.linalg.norm(found - (x, y)) < 2.0
 
 
-def test_what_the_decoder_pads_is_no_picture():
+def test_padding_of_the_decoder_is_ignored():
     y, cr = picture([(100.3, 80.6, 0.9)])
     y, cr = (np.pad(plane, ((0, 0), (0, 36)), constant_values=255) for plane in (y, cr))
     x, row = laser.find(y, cr, SIZE[0])
@@ -71,7 +71,7 @@ def test_what_the_decoder_pads_is_no_picture():
 
 def test_the_table_becomes_observations_and_back():
     pictures = [picture([(50.0 + 20 * k, 60.0, 0.9)] if k != 2 else [], k) for k in range(4)]
-    table = laser.sightings("c2", ((y, cr, cr) for y, cr in pictures), SIZE[0])
+    table = laser.detections("c2", ((y, cr, cr) for y, cr in pictures), SIZE[0])
     assert table["frame"].tolist() == [0, 1, 3]
     pixels, frames = laser.observations(table, ["c1", "c2"])
     assert frames.tolist() == [0, 1, 3]

@@ -1,4 +1,4 @@
-"""Self-calibration of small random rigs: what was planted is found, and what cannot be is refused."""
+"""Self-calibration of small random rigs: known rigs are recovered, and undetermined ones are rejected."""
 
 import numpy as np
 import pycolmap
@@ -16,7 +16,7 @@ def solve(truth, observations):
     return self_calibration.calibrate([c.name for c in truth], observations, [c.size_px for c in truth])
 
 
-def test_twenty_random_rigs_are_found():
+def test_twenty_random_rigs_are_recovered():
     focal_errors, distances_mm = [], []
     for seed in range(20):
         truth, _, observations = plant(seed)
@@ -31,15 +31,15 @@ def test_twenty_random_rigs_are_found():
 
 
 def adjusted_truth(truth, points, observations):
-    """The best that these observations allow: the true rig, adjusted to exactly those that are no outliers."""
+    """Return the best possible estimate: the true rig adjusted to exactly the observations that are not outliers."""
     clean = np.linalg.norm(observations - [project(camera, points) for camera in truth], axis=-1) < 3.0
     clean &= clean.sum(axis=0) >= 2
-    return robust_bundle.fitted(truth, points, observations, clean, noise_px=0.3)[0]
+    return robust_bundle.adjust_inliers(truth, points, observations, clean, noise_px=0.3)[0]
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("harder", [{"outliers": 0.3}, {"missing": 0.75}])
-def test_many_outliers_and_much_missing_cost_hardly_more_than_they_must(seed, harder):
+def test_many_outliers_or_missing_observations_cost_little_accuracy(seed, harder):
     truth, points, observations = plant(seed, **harder)
     cameras, _, _ = solve(truth, observations)
     _, distances = apart(cameras, truth, ACTOR_M)
@@ -47,7 +47,7 @@ def test_many_outliers_and_much_missing_cost_hardly_more_than_they_must(seed, ha
     assert np.median(distances) < 1.5 * np.median(least)
 
 
-def test_the_cleaner_the_points_the_closer_the_rig():
+def test_without_noise_the_rig_is_exact():
     truth, _, observations = plant(1, noise_px=0.0, outliers=0.0)
     cameras, _, used = solve(truth, observations)
     focal, distances = apart(cameras, truth, ACTOR_M)
@@ -57,7 +57,7 @@ def test_the_cleaner_the_points_the_closer_the_rig():
     assert (used == seen & (seen.sum(axis=0) >= 2)).all()
 
 
-def test_planted_outliers_are_left_out():
+def test_outliers_are_rejected():
     truth, points, observations = plant(2, outliers=0.2)
     _, _, used = solve(truth, observations)
     clean = np.array([project(camera, points) for camera in truth])
@@ -73,7 +73,7 @@ def test_the_same_points_give_the_same_cameras():
 
 
 def test_pycolmap_agrees_on_the_same_points():
-    """The same points, cameras and lens model in pycolmap's own bundle adjustment, started from what we found."""
+    """Bundle adjustment in pycolmap with the same points, cameras and lens model, started from our solution."""
     truth, _, observations = plant(6, outliers=0.0)
     cameras, points, used = solve(truth, observations)
     second = pycolmap.Reconstruction()
@@ -108,7 +108,7 @@ def test_pycolmap_agrees_on_the_same_points():
     np.testing.assert_allclose(theirs[:, 3], ours[:, 4], atol=0.01)
 
 
-def test_the_fundamental_matrix_is_that_of_the_cameras():
+def test_the_fundamental_matrix_matches_the_cameras():
     truth, points, _ = plant(0)
     flat = [bundle_adjustment.to_cameras(bundle_adjustment.from_cameras([c]), [c])[0] for c in truth[:2]]
     k = [camera.intrinsic for camera in flat]
@@ -150,32 +150,32 @@ def astray(observations, truth, points):
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda o, t, p: o[:, :30], "points are seen by two or more cameras, at least 60 are needed"),
+        (lambda o, t, p: o[:, :30], "points are seen by two or more cameras, but at least 60 are needed"),
         (lambda o, t, p: np.full_like(o, np.nan), "0 points are seen by two or more"),
         (flat_cloud, "one plane|no start|agree"),
-        (small_cloud, "cover [0-9]+% of the picture of camera c"),
-        (alone, r"camera c5 shares \d+ points with others"),
+        (small_cloud, "cover only [0-9]+% of the image of camera c"),
+        (alone, r"camera c5 shares \d+ points with other cameras"),
         (astray, "points of camera c3 agree"),
     ],
 )
-def test_what_cannot_determine_a_rig_is_refused(spoil, reason):
+def test_an_undetermined_rig_is_rejected(spoil, reason):
     truth, points, observations = plant(0, outliers=0.0)
     with pytest.raises(UserError, match=reason):
         solve(truth, spoil(observations.copy(), truth, points))
 
 
-def test_two_cameras_are_refused():
+def test_two_cameras_are_rejected():
     truth, _, observations = plant(0)
     with pytest.raises(UserError, match="three or more"):
         solve(truth[:2], observations[:2])
 
 
-def test_the_table_says_how_far_the_points_are():
+def test_the_table_reports_the_quality_of_each_camera():
     truth, _, observations = plant(8, outliers=0.1)
     cameras, points, used = solve(truth, observations)
     table = quality.table(cameras, points, used, observations)
     assert list(table["camera"]) == ["c1", "c2", "c3", "c4", "c5"]
-    assert table["rms_px"].between(0.2, 0.45).all()  # 0.3 px in each direction, less what the fit takes
+    assert table["rms_px"].between(0.2, 0.45).all()  # 0.3 px per axis, less the degrees of freedom of the fit
     assert (table["n_points"] == used.sum(axis=1)).all()
     assert table["n_outliers"].between(20, 90).all()
     assert table["coverage"].between(0.4, 1.0).all()

@@ -1,4 +1,4 @@
-"""Poses from markers: against differences, against scipy, and planted motion with markers in unknown places."""
+"""Inverse kinematics compared with finite differences, scipy, and known motion with unknown marker positions."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import subject
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from cospeech.capture.accuracy import about_bone_deg, apart_deg, between_deg, rms
+from cospeech.capture.accuracy import angle_between_deg, axial_error_deg, rms, rotation_error_deg
 from cospeech.capture.fitting import body_model, skeleton_fit
 from cospeech.capture.fitting import inverse_kinematics as ik
 from cospeech.capture.fitting.observability import observability
@@ -16,7 +16,7 @@ from cospeech.motion.skeleton import JOINTS
 
 N, P = len(ik.PART), len(body_model.NAMES)
 NOISE_M = 0.0005 / np.sqrt(3)
-"""On each coordinate: half a millimetre in space."""
+"""Standard deviation per coordinate: half a millimetre in 3D."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def fitted(model, poses):
 
 
 def residuals(model, turn, slide, seen):
-    """The weighted residuals (M, 3), and the parts' orientations and places in the world."""
+    """Return the weighted residuals (M, 3), and the orientations and positions of the parts in the world."""
     turns, places = np.empty((P, 3, 3)), np.empty((P, 3))
     ik._place(turn, slide, model.offsets_m, body_model.PARENTS, body_model.KINDS, turns, places)
     residual = np.empty((len(markers.NAMES), 3))
@@ -55,10 +55,10 @@ def stepped(turn, slide, step):
     return turn, slide
 
 
-def test_the_jacobian_is_that_of_differences(model):
-    draw = np.random.default_rng(0)
-    turn, slide = stepped(np.tile(np.eye(3), (P, 1, 1)), model.offsets_m, draw.normal(0, 0.7, N))
-    seen = draw.normal(0, 1, (len(markers.NAMES), 3))
+def test_the_jacobian_matches_finite_differences(model):
+    rng = np.random.default_rng(0)
+    turn, slide = stepped(np.tile(np.eye(3), (P, 1, 1)), model.offsets_m, rng.normal(0, 0.7, N))
+    seen = rng.normal(0, 1, (len(markers.NAMES), 3))
     seen[4] = np.nan
     _, turns, places = residuals(model, turn, slide, seen)
     jacobian = np.empty((len(markers.NAMES), 3, N))
@@ -73,10 +73,10 @@ def test_the_jacobian_is_that_of_differences(model):
         np.testing.assert_allclose(jacobian[:, :, d], (ahead - behind) / 2e-6, atol=1e-5)
 
 
-def test_a_frame_is_solved_as_scipy_solves_it(model, moved):
+def test_a_frame_is_solved_as_by_scipy(model, moved):
     seen = subject.marked(moved, 0.002, 9)[400:401]
     found = ik.solve(model, seen)
-    hold = 1.0 / (ik.PACE * ik.AT_FIRST)
+    hold = 1.0 / (ik.PACE * ik.FIRST_FRAME_FACTOR)
 
     def cost(step):
         turn, slide = stepped(np.tile(np.eye(3), (P, 1, 1)), model.offsets_m, step)
@@ -90,37 +90,37 @@ def test_a_frame_is_solved_as_scipy_solves_it(model, moved):
     assert np.degrees(off).max() < 0.05
 
 
-def test_the_zeros_are_the_static_pose(model):
+def test_all_angles_are_zero_in_the_static_pose(model):
     still = subject.range_of_motion()[: int(subject.STATIC_S * subject.FPS)]
     found = skeleton_fit.motion(model, ik.solve(model, subject.marked(still, 0.0)), subject.FPS)
-    turn = [f"{side}_arm_y_deg" for side in ("left", "right")]  # told by the hand of a bent arm only
+    turn = [f"{side}_arm_y_deg" for side in ("left", "right")]  # determined only while the elbow is flexed
     assert found[skeleton.angle_columns()].drop(columns=turn).abs().to_numpy().max() < 0.3
     assert found[turn].abs().to_numpy().max() < 2
     assert np.abs(found[list(skeleton.ROOT_COLUMNS)].to_numpy()).max() < 0.0005
 
 
-def test_planted_motion_is_found_by_markers_in_unknown_places(model, moved, poses, fitted):
+def test_known_motion_is_recovered_from_markers_at_unknown_places(model, moved, poses, fitted):
     true_turns, true_places = subject.chain(moved)
     turns, _ = subject.chain(fitted)
     clean = subject.marked(moved, 0.0)
 
     chest = JOINTS.index("chest")
-    assert rms(apart_deg(true_turns[:, chest], turns[:, chest])) <= 0.2
+    assert rms(rotation_error_deg(true_turns[:, chest], turns[:, chest])) <= 0.2
     for side in ("left", "right"):
         arm = JOINTS.index(f"{side}_arm")
-        assert rms(between_deg(true_turns[:, arm, :, 1], turns[:, arm, :, 1])) <= 0.3
+        assert rms(angle_between_deg(true_turns[:, arm, :, 1], turns[:, arm, :, 1])) <= 0.3
         hand, forearm = markers.NAMES.index(f"{side}_hand"), body_model.NAMES.index(f"{side}_forearm")
         line = clean[:, hand] - true_places[:, JOINTS.index(f"{side}_forearm")]
-        assert rms(between_deg(line, poses.turns[:, forearm] @ model.marker_places_m[hand])) <= 0.3
+        assert rms(angle_between_deg(line, poses.turns[:, forearm] @ model.marker_places_m[hand])) <= 0.3
         bent = moved[f"{side}_forearm_x_deg"] < -30
         assert bent.sum() > 300
-        assert rms(about_bone_deg(true_turns[bent, arm], turns[bent, arm])) <= 1.5
+        assert rms(axial_error_deg(true_turns[bent, arm], turns[bent, arm])) <= 1.5
 
 
-def test_the_heads_rotation_is_as_good_as_three_noisy_markers_tell_it(moved, fitted):
-    """No unbiased estimate does better than the bound of Cramer and Rao; ours is within a tenth of it."""
+def test_the_head_rotation_is_as_precise_as_three_noisy_markers_allow(moved, fitted):
+    """No unbiased estimate is better than the Cramér-Rao bound; ours is within ten per cent of it."""
     index = JOINTS.index("head")
-    off = apart_deg(subject.chain(moved)[0][:, index], subject.chain(fitted)[0][:, index])
+    off = rotation_error_deg(subject.chain(moved)[0][:, index], subject.chain(fitted)[0][:, index])
     arms = np.array([subject.PLACES_M[m.name] for m in markers.MARKERS if m.joint == "head"])
     arms = arms - arms.mean(axis=0)
     information = (arms**2).sum() * np.eye(3) - arms.T @ arms
@@ -129,7 +129,7 @@ def test_the_heads_rotation_is_as_good_as_three_noisy_markers_tell_it(moved, fit
     assert np.degrees(bound) < 0.27
 
 
-def test_missing_markers_hold_the_pose_and_spoil_nothing_else(model, moved, fitted):
+def test_missing_markers_hold_the_pose_and_affect_nothing_else(model, moved, fitted):
     seen = subject.marked(moved, NOISE_M, 8)
     lost = {"left_hand": slice(100, 110), "back": slice(0, 400), "head_front": slice(300, 303)}
     for name, frames in lost.items():
@@ -166,8 +166,8 @@ def test_locked_angles_are_zero_and_the_others_move(model, moved, fitted):
     assert share["left_hand", "x"] == 0
 
 
-def test_a_pose_does_not_depend_on_where_it_was_sought_from(model, moved, poses):
-    """A single frame, sought from the static pose, is the frame of the whole record, wherever an elbow is bent."""
+def test_a_pose_does_not_depend_on_the_initial_pose(model, moved, poses):
+    """A frame solved from the static pose equals the one solved within the record, if the elbows are flexed."""
     seen = subject.marked(moved, NOISE_M, 8)
     bent = moved[["left_forearm_x_deg", "right_forearm_x_deg"]].max(axis=1) < -15
     frames = np.flatnonzero(bent)[::40]
@@ -178,15 +178,15 @@ def test_a_pose_does_not_depend_on_where_it_was_sought_from(model, moved, poses)
         assert np.degrees(off).max() < 1.5
 
 
-def test_an_arm_bent_backward_is_turned_over(model):
-    """Straight arms say nothing of their turn; one that had turned away bends the natural way again."""
+def test_an_arm_bent_backward_is_flipped(model):
+    """A straight arm may drift by half a turn about its axis; once flexed, it must bend the natural way."""
     turn = np.tile(np.eye(3), (P, 1, 1))
     elbow = body_model.NAMES.index("left_forearm")
     turn[elbow] = Rotation.from_euler("x", 40, degrees=True).as_matrix()
     before = turn.copy()
-    assert ik._turn_over(turn, ik.ELBOWS, body_model.PARENTS)
+    assert ik._flip_backward_elbows(turn, ik.ELBOWS, body_model.PARENTS)
     arm = body_model.PARENTS[elbow]
     down = np.array([0.0, -1.0, 0.0])
     np.testing.assert_allclose(turn[arm] @ down, before[arm] @ down, atol=1e-12)
     np.testing.assert_allclose(turn[arm] @ turn[elbow] @ down, before[arm] @ before[elbow] @ down, atol=1e-12)
-    assert not ik._turn_over(turn, ik.ELBOWS, body_model.PARENTS)
+    assert not ik._flip_backward_elbows(turn, ik.ELBOWS, body_model.PARENTS)

@@ -1,4 +1,4 @@
-"""Marker files of other laboratories come in under our names and axes."""
+"""Marker files of other systems are imported with our names and axes."""
 
 from pathlib import Path
 
@@ -16,11 +16,11 @@ ARM = Path(__file__).parents[4] / "shared" / "data" / "pyomeca_arm" / "markers_a
 
 
 OTHERS = {name: name.upper() for name in markers.NAMES if not name.endswith(("leg", "foot"))}
-"""The marker map of a laboratory that puts no markers on legs."""
+"""The marker map of a laboratory that does not put markers on the legs."""
 
 
 def recording(n_frames=60):
-    """The markers of OTHERS as the laboratory names them, on a body that sways, seen by it without a gap."""
+    """Return the markers of ``OTHERS`` under the names of the laboratory, on a swaying body and without gaps."""
     time_s = np.arange(n_frames)[:, None] / 50
     sway = np.concatenate([0.1 * np.sin(3 * time_s), -0.05 * np.cos(2 * time_s), 0.0 * time_s], axis=1)
     places = np.random.default_rng(0).normal(0, 0.3, (1, len(OTHERS), 3)) + sway[:, None]
@@ -28,7 +28,7 @@ def recording(n_frames=60):
 
 
 @pytest.mark.parametrize(("suffix", "write"), [(".c3d", c3d.write), (".trc", trc.write)])
-def test_mapped_markers_come_in_z_up_or_y_up(tmp_path, suffix, write):
+def test_mapped_markers_are_imported_with_z_up_or_y_up(tmp_path, suffix, write):
     given = recording()
     write(given, tmp_path / f"a{suffix}")
     table = marker_file.read(tmp_path / f"a{suffix}", OTHERS, "z", "-y", 0.5)
@@ -36,13 +36,15 @@ def test_mapped_markers_come_in_z_up_or_y_up(tmp_path, suffix, write):
     assert trajectories.frame_rate(table) == 50.0
     found = trajectories.to_array(table, tuple(OTHERS))
     x, y, z = np.moveaxis(given.places_m[:, 1:], -1, 0)
-    np.testing.assert_allclose(found, np.stack([x, z, -y], axis=-1), atol=2e-4)  # smoothed: known to 0.4 mm
+    np.testing.assert_allclose(
+        found, np.stack([x, z, -y], axis=-1), atol=2e-4
+    )  # the smoother assumes 0.4 mm of noise
     assert (table.loc[table["marker"].isin(list(OTHERS)), "status"] == "seen").all()
     assert (table.loc[table["marker"].str.endswith(("leg", "foot")), "status"] == "lost").all()
-    np.testing.assert_array_equal(marker_file.axes("y", "z"), np.eye(3))
+    np.testing.assert_array_equal(marker_file.world_rotation("y", "z"), np.eye(3))
 
 
-def test_gaps_are_filled_as_after_the_tracker_and_long_ones_stay(tmp_path):
+def test_short_gaps_are_filled_and_long_ones_stay(tmp_path):
     given = recording(120)
     gaps = given.places_m.copy()
     hand, elbow, front = (1 + list(OTHERS).index(name) for name in ("left_hand", "right_elbow", "chest"))
@@ -56,40 +58,40 @@ def test_gaps_are_filled_as_after_the_tracker_and_long_ones_stay(tmp_path):
     assert away[10:20, hand - 1].max() < 0.004
     assert set(status.loc[40:69, "right_elbow"]) == {"lost"}  # 0.6 s
     assert np.isnan(found[40:70, elbow - 1]).all()
-    assert set(status.loc[30:89, "chest"]) == {"predicted"}  # carried by the three others of the trunk
+    assert set(status.loc[30:89, "chest"]) == {"predicted"}  # from the three other markers on the trunk
     assert away[30:90, front - 1].max() < 0.001
     assert (status.drop(columns=[n for n in markers.NAMES if n not in OTHERS]).loc[90:] == "seen").all(axis=None)
 
 
 @pytest.mark.parametrize("up", marker_file.DIRECTIONS)
 @pytest.mark.parametrize("facing", marker_file.DIRECTIONS)
-def test_axes_are_a_right_handed_frame_or_refused(up, facing):
+def test_axes_form_a_right_handed_frame_or_are_rejected(up, facing):
     if up[-1] == facing[-1]:
         with pytest.raises(UserError, match="must lie along different axes"):
-            marker_file.axes(up, facing)
+            marker_file.world_rotation(up, facing)
     else:
-        turn = marker_file.axes(up, facing)
+        turn = marker_file.world_rotation(up, facing)
         np.testing.assert_array_equal(turn @ turn.T, np.eye(3))
         assert np.linalg.det(turn) == pytest.approx(1)
 
 
-def test_what_cannot_come_in_is_said(tmp_path):
+def test_files_that_cannot_be_imported_are_reported(tmp_path):
     given = recording(5)
     given.places_m[:, 2] = np.nan
     trc.write(given, tmp_path / "a.trc")
     with pytest.raises(UserError, match=r"no marker 'CHESTS' \(mapped to chest\); did you mean 'CHEST'"):
         marker_file.read(tmp_path / "a.trc", {"chest": "CHESTS"}, "y", "z", 0.5)
-    with pytest.raises(UserError, match=r"a\.trc: marker 'HEAD_RIGHT' \(mapped to head_right\) is never seen"):
+    with pytest.raises(UserError, match=r"a\.trc: marker 'HEAD_RIGHT' \(mapped to head_right\) is never visible"):
         marker_file.read(tmp_path / "a.trc", OTHERS, "y", "z", 0.5)
-    with pytest.raises(UserError, match="'w' is no axis"):
+    with pytest.raises(UserError, match="'w' is not an axis"):
         marker_file.read(tmp_path / "a.trc", {"chest": "CHEST"}, "w", "z", 0.5)
-    with pytest.raises(UserError, match=r"markers come as \.c3d, \.trc"):
+    with pytest.raises(UserError, match=r"unknown marker file format; convert it to one of \.c3d, \.trc"):
         marker_file.read(tmp_path / "a.bvh", {}, "y", "z", 0.5)
 
 
 @pytest.mark.recorded
 @pytest.mark.skipif(not ARM.is_file(), reason="needs the real recordings in ../shared/data/pyomeca_arm")
-def test_a_real_arm_comes_in_as_a_table_with_its_gaps_said():
+def test_a_real_recording_of_an_arm_is_imported_with_its_gaps():
     names = {"chest": "Daphnee:STER", "left_leg": "Daphnee:ASISl", "left_elbow": "Daphnee:EPICm"}
     table = marker_file.read(ARM, names, up="z", facing="x", longest_hidden_s=0.5)
     tables.validate(table, "markers_3d", "x")

@@ -1,4 +1,4 @@
-"""From tables to tables: markers of our own tracker, or of another laboratory's file, become joint angles."""
+"""From marker tables of our own tracker or another laboratory's file to joint angles."""
 
 import numpy as np
 import subject
@@ -15,11 +15,13 @@ def recordings():
     return subject.marked(subject.range_of_motion(20.0), seed=1), subject.marked(subject.performance(10.0), seed=2)
 
 
-def test_a_file_of_another_laboratory_gives_the_angles_that_our_own_table_gives(tmp_path):
+def test_a_file_of_another_laboratory_gives_the_same_angles_as_our_own_table(tmp_path):
     ours, theirs = [], []
     names = {name: name.upper() for name in markers.NAMES}
     for number, places in enumerate(recordings()):
-        smoothed, _ = detections.filled(places, np.full(places.shape[:2], detections.SIGHT_SD_M), subject.FPS, 0.5)
+        smoothed, _ = detections.fill_gaps(
+            places, np.full(places.shape[:2], detections.DETECTION_SD_M), subject.FPS, 0.5
+        )
         ours.append(trajectories.to_table(smoothed, markers.NAMES, subject.FPS))
         z_up = np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)
         c3d.write(Trajectories(tuple(names.values()), z_up, subject.FPS), tmp_path / f"{number}.c3d")
@@ -28,10 +30,10 @@ def test_a_file_of_another_laboratory_gives_the_angles_that_our_own_table_gives(
     tables.validate(here.motion, "motion", "x")
     tables.validate(here.observability, "observability", "x")
     np.testing.assert_allclose(skeleton.angles(there.motion), skeleton.angles(here.motion), atol=0.02)
-    assert here.line.startswith("shoulders known to 0.")
+    assert here.line.startswith("standard error of the shoulders 0.")
 
 
-def test_a_subject_without_markers_on_legs_and_back_has_still_legs_and_the_same_arms():
+def test_without_markers_on_legs_and_back_the_legs_are_still_and_the_arms_unchanged():
     take, record = recordings()
     whole, part = [], []
     bare = [index for index, name in enumerate(markers.NAMES) if name.endswith(("leg", "foot")) or name == "back"]
@@ -50,7 +52,7 @@ def test_a_subject_without_markers_on_legs_and_back_has_still_legs_and_the_same_
     assert (few.motion[arm] - full.motion[arm]).abs().to_numpy().max() < 3
 
 
-def test_a_predicted_place_says_nothing_of_the_body():
+def test_predicted_positions_do_not_affect_the_body_model():
     take, _ = recordings()
     table = trajectories.to_table(take, markers.NAMES, subject.FPS)
     believed = table["marker"].eq("left_elbow") & table["frame"].between(240, 279)
@@ -60,7 +62,7 @@ def test_a_predicted_place_says_nothing_of_the_body():
     far.loc[believed, "status"] = "predicted"
     lost.loc[believed, trajectories.AXES] = np.nan
     lost.loc[believed, "status"] = "lost"
-    models = [skeleton_fit.subject(each, subject.STATIC_S) for each in (far, lost)]
+    models = [skeleton_fit.fit_body_model(each, subject.STATIC_S) for each in (far, lost)]
     np.testing.assert_array_equal(models[0].offsets_m, models[1].offsets_m)
     far.loc[believed, "status"] = "seen"
-    assert np.abs(skeleton_fit.subject(far, subject.STATIC_S).offsets_m - models[0].offsets_m).max() > 0.002
+    assert np.abs(skeleton_fit.fit_body_model(far, subject.STATIC_S).offsets_m - models[0].offsets_m).max() > 0.002

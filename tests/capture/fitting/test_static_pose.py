@@ -1,4 +1,4 @@
-"""The static pose is a mean, and what is not still, or not seen, is refused by name."""
+"""The static pose is a mean; markers that move or are not seen are reported by name."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from cospeech.errors import UserError
 from cospeech.motion import markers
 
 
-def test_the_mean_is_over_what_is_seen():
+def test_the_mean_ignores_missing_positions():
     places = np.tile(np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 0.0]]), (40, 1, 1))
     places[::2, 0] += 0.002
     places[1::2, 1] = np.nan
@@ -18,7 +18,7 @@ def test_the_mean_is_over_what_is_seen():
     np.testing.assert_allclose(found, [[1.001, 2.001, 3.001], [0.0, 1.0, 0.0]])
 
 
-def test_a_marker_that_moves_or_is_never_seen_is_named():
+def test_a_marker_that_moves_or_is_never_seen_is_reported():
     places = subject.marked(subject.range_of_motion(6.0))
     with pytest.raises(UserError, match="'left_hand' moves by"):
         body_model(places, subject.FPS, 5.0)
@@ -27,7 +27,7 @@ def test_a_marker_that_moves_or_is_never_seen_is_named():
         body_model(places, subject.FPS, 2.0)
 
 
-def test_a_trunk_with_two_markers_is_refused():
+def test_a_trunk_with_two_markers_is_rejected():
     places = subject.marked(subject.range_of_motion(6.0))
     places[:, [markers.NAMES.index("back"), markers.NAMES.index("chest")]] = np.nan
     with pytest.raises(UserError, match=r"2 of the markers chest, back, left_shoulder, right_shoulder are seen"):

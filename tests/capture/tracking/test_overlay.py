@@ -1,4 +1,4 @@
-"""Markers drawn on films: each ring where its marker is, in the colour of what is known of it."""
+"""Films overlaid with markers: each ring is at its marker, in the colour of its status."""
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ CHEST, BACK = NAMES.index("chest"), NAMES.index("back")
 
 @pytest.fixture(scope="module")
 def take(tmp_path_factory):
-    """Dark films of two cameras, and markers on a wall that stand still; the back is lost from frame 2 on."""
+    """Dark films of two cameras, and stationary markers on a wall; the marker ``back`` is lost from frame 2 on."""
     folder = tmp_path_factory.mktemp("films")
     cameras = []
     for name, x in (("c1", -0.5), ("c2", 0.5)):
@@ -34,16 +34,16 @@ def take(tmp_path_factory):
         views.append(view.assign(n_pixels=pd.array([9] * len(view), dtype="Int64")))
     views = pd.concat(views, ignore_index=True)
     views.loc[(views["marker"] == "chest") & (views["frame"] == 1), "status"] = "predicted"
-    return [footage.examine(folder / f"{camera.name}.mkv") for camera in cameras], cameras, views, world, places
+    return [footage.probe(folder / f"{camera.name}.mkv") for camera in cameras], cameras, views, world, places
 
 
 def coloured(image, colour, below=0):
-    """The pixels (n, 2), x and y, that have a colour, from row ``below`` on."""
+    """Return x and y (n, 2) of the pixels of a colour, from row ``below`` on."""
     x_y = np.argwhere((np.abs(image[below:].astype(int) - colour) < 40).all(axis=2))[:, ::-1]
     return x_y + np.array([0, below])
 
 
-def test_a_lost_marker_stands_where_it_was_last_known(take):
+def test_a_lost_marker_is_drawn_at_its_last_known_position(take):
     views = take[2]
     filled = quality_sheet.nearest_known(views)
     own = filled[(filled["marker"] == "back") & (filled["camera"] == "c2")].sort_values("frame")
@@ -70,7 +70,7 @@ def test_the_mosaic_has_a_ring_for_every_marker_in_every_view(take):
     assert seen == pytest.approx(15 * one, rel=0.3)
 
 
-def test_a_moment_shows_its_marker_in_the_middle_and_its_place_in_space(take):
+def test_a_moment_shows_its_marker_in_the_centre_and_its_projected_position(take):
     takes, cameras, views, world, _ = take
     moments = quality_sheet.worst_moments(world, 1)
     assert moments[["frame", "marker", "status"]].to_numpy().tolist() == [[2, "back", "lost"]]
@@ -85,6 +85,6 @@ def test_a_moment_shows_its_marker_in_the_middle_and_its_place_in_space(take):
     for picture, status in ((lost, "lost"), (found, "predicted")):
         ring = coloured(picture[:, : overlay.CROP_PX], overlay.COLOURS[status], below=30)
         np.testing.assert_allclose((ring.min(axis=0) + ring.max(axis=0)) / 2, middle, atol=6)
-    assert not len(coloured(lost[:, : overlay.CROP_PX - 4], (255, 255, 255), below=30))  # nowhere in space
+    assert not len(coloured(lost[:, : overlay.CROP_PX - 4], (255, 255, 255), below=30))  # no 3D position
     cross = coloured(found[:, : overlay.CROP_PX - 4], (255, 255, 255), below=30)
     np.testing.assert_allclose(cross.mean(axis=0), middle, atol=6)

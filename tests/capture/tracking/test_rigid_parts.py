@@ -1,4 +1,4 @@
-"""Hidden markers of a rigid part are carried by the visible ones."""
+"""Hidden markers of a rigid part are predicted from the visible ones."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

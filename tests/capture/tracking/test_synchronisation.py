@@ -1,4 +1,4 @@
-"""Views out of step: planted shifts are recovered from the sound, and what cannot be told is refused, not guessed."""
+"""Known offsets between views are recovered from the sound; undetermined ones are rejected and not guessed."""
 
 from fractions import Fraction
 
@@ -21,25 +21,25 @@ RIG = [Camera(name, (72, 48), (80, 80), (36, 24)) for name in BEGAN_S]
 
 
 def scene(seed=0, seconds=12.0):
-    """Bursts of noise, as syllables are, at moments that do not repeat."""
-    draw = np.random.default_rng(seed)
+    """Return syllable-like bursts of noise at irregular times."""
+    rng = np.random.default_rng(seed)
     loud = np.zeros(int(seconds * RATE_HZ))
-    for start in np.cumsum(draw.uniform(0.12, 0.45, 40)):
+    for start in np.cumsum(rng.uniform(0.12, 0.45, 40)):
         first = int(start * RATE_HZ)
-        burst = draw.uniform(0.2, 1.0) * np.exp(-np.arange(draw.integers(800, 3200)) / 1200)
+        burst = rng.uniform(0.2, 1.0) * np.exp(-np.arange(rng.integers(800, 3200)) / 1200)
         loud[first : first + len(burst)] += burst[: max(0, len(loud) - first)]
-    return 0.2 * loud * draw.normal(0, 1, len(loud))
+    return 0.2 * loud * rng.normal(0, 1, len(loud))
 
 
-def heard(samples, began_s, seed, noise=0.003):
-    """What a microphone of its own loudness and noise takes up from ``began_s`` on."""
+def recorded(samples, began_s, seed, noise=0.003):
+    """Return the recording of a microphone from ``began_s`` on, with its own gain and noise."""
     first = round(began_s * RATE_HZ)
     part = samples[first : first + int(SECONDS * RATE_HZ)]
     return (0.3 + 0.2 * seed) * part + np.random.default_rng(seed).normal(0, noise, len(part))
 
 
 def write(path, samples, seconds=SECONDS):
-    """A dark film with sound, AAC in MP4 or PCM in Matroska; without a sound where ``samples`` is None."""
+    """Write a dark film with sound, AAC in MP4 or PCM in Matroska; without sound if ``samples`` is None."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mjpeg", rate=FPS)
         stream.width, stream.height, stream.pix_fmt = 72, 48, "yuvj444p"
@@ -56,22 +56,22 @@ def write(path, samples, seconds=SECONDS):
             sound.sample_rate, sound.pts, sound.time_base = RATE_HZ, 0, Fraction(1, RATE_HZ)
             container.mux(voice.encode(sound))
             container.mux(voice.encode())
-    return footage.examine(path)
+    return footage.probe(path)
 
 
 @pytest.fixture(scope="module")
 def take(tmp_path_factory):
-    """Three films of one scene that began at ``BEGAN_S``, and the record's wav; nothing of it is in step."""
+    """Three films of one scene that began at ``BEGAN_S``, and the sound of the record, none of them in sync."""
     folder, samples = tmp_path_factory.mktemp("take"), scene()
     films = [
-        write(folder / f"{name}{ending}", heard(samples, began, number))
+        write(folder / f"{name}{ending}", recorded(samples, began, number))
         for number, ((name, began), ending) in enumerate(zip(BEGAN_S.items(), (".mkv", ".mp4", ".mkv"), strict=True))
     ]
-    soundfile.write(folder / "record.wav", heard(samples, 0.5, 5), RATE_HZ)
+    soundfile.write(folder / "record.wav", recorded(samples, 0.5, 5), RATE_HZ)
     return films, folder / "record.wav"
 
 
-def test_planted_shifts_are_recovered_to_a_small_part_of_a_frame(take):
+def test_known_offsets_are_recovered_to_a_fraction_of_a_frame(take):
     films, sound = take
     table = synchronisation.offsets(films, sound, {})
     tables.validate(table, "offsets", "x")
@@ -80,47 +80,47 @@ def test_planted_shifts_are_recovered_to_a_small_part_of_a_frame(take):
         assert found.loc[name, "offset_s"] == pytest.approx(began - 0.5, abs=0.005)
     assert set(found["origin"]) == {"heard"}
     assert found.loc[list(BEGAN_S), "prominence"].min() > 3
-    # All begin with the last one, c3: each view by whole frames, the sound to the sample.
+    # All streams start with the last one, c3: views skip whole frames, the sound skips samples.
     assert found.loc["c3", "skipped_s"] == 0
     assert found.loc["sound", "skipped_s"] == pytest.approx(1.23, abs=0.005)
-    ready, cameras = footage.of_take([film.path for film in films], table, RIG[::-1])
+    ready, cameras = footage.open_take([film.path for film in films], table, RIG[::-1])
     assert cameras == RIG
     assert [film.first for film in ready] == [round(0.83 * FPS), round(1.48 * FPS), 0]
-    assert footage.in_step(ready, 40) == round(SECONDS * FPS) - round(1.48 * FPS)
+    assert footage.common_length(ready, 40) == round(SECONDS * FPS) - round(1.48 * FPS)
 
 
-def test_without_a_sound_of_the_record_the_first_view_that_is_heard_counts(take):
+def test_without_the_sound_of_the_record_the_first_view_with_sound_is_the_reference(take):
     films, _ = take
     table = synchronisation.offsets(films, None, {}).set_index("stream")
     assert table["offset_s"].tolist() == pytest.approx([0.0, -0.65, 0.83], abs=0.005)
 
 
-def test_films_without_sound_and_silent_ones_are_taken_to_be_in_step_unless_a_person_says_more(tmp_path, take):
+def test_films_without_sound_are_assumed_to_be_in_sync_unless_configured(tmp_path, take):
     films = [write(tmp_path / "c1.mkv", None, 2.0), write(tmp_path / "c2.mkv", np.zeros(2 * RATE_HZ), 2.0)]
     table = synchronisation.offsets(films, take[1], {})
     assert table["offset_s"].tolist() == table["skipped_s"].tolist() == [0, 0, 0]
     assert table["origin"].tolist() == ["none", "none", "heard"]
     table = synchronisation.offsets(films, None, {"c2": -0.2})
     assert table["origin"].tolist() == ["none", "given"]
-    ready, _ = footage.of_take([film.path for film in films], table, RIG[:2])
+    ready, _ = footage.open_take([film.path for film in films], table, RIG[:2])
     assert [(film.first, film.n_frames) for film in ready] == [(0, 2 * FPS), (5, 2 * FPS - 5)]
-    with pytest.raises(UserError, match=r"c2\.mkv: is over before the last .* begins, 9\.00 s later"):
+    with pytest.raises(UserError, match=r"c2\.mkv: the film ends before the last .* starts, 9\.00 s later"):
         synchronisation.offsets(films, None, {"c2": -9.0})
 
 
-def test_what_cannot_be_told_is_refused(tmp_path, take):
+def test_undetermined_offsets_are_rejected(tmp_path, take):
     films, sound = take
-    strange = write(tmp_path / "c4.mkv", heard(scene(seed=9), 0.0, 1))
-    with pytest.raises(UserError, match=r"c4\.mkv: its sound fits .*record\.wav nowhere much better than elsewhere"):
+    strange = write(tmp_path / "c4.mkv", recorded(scene(seed=9), 0.0, 1))
+    with pytest.raises(UserError, match=r"c4\.mkv: the sound matches .*record\.wav at no clear offset"):
         synchronisation.offsets([strange], sound, {})
     clock = np.zeros(int(SECONDS * RATE_HZ))
-    clock[:: RATE_HZ // 2] = 0.5  # a metronome fits at every beat
-    with pytest.raises(UserError, match="nowhere much better than elsewhere"):
+    clock[:: RATE_HZ // 2] = 0.5  # a metronome matches at every beat
+    with pytest.raises(UserError, match="at no clear offset"):
         synchronisation.offsets(
             [write(tmp_path / "c5.mkv", clock), write(tmp_path / "c6.mkv", clock[2000:])], None, {}
         )
     mute = write(tmp_path / "c7.mkv", None, 2.0)
-    with pytest.raises(UserError, match=r"c7\.mkv: has no sound, while c1 has; say in capture\.offsets_s"):
+    with pytest.raises(UserError, match=r"c7\.mkv: the film has no sound, but c1 has; set in capture\.offsets_s"):
         synchronisation.offsets([films[0], mute], sound, {})
     assert synchronisation.offsets([films[0], mute], sound, {"c7": 0.1})["origin"].tolist() == [
         "heard",

@@ -1,1 +1,1 @@
-"""From films of a laser or a board, or from a file, to the cameras of the rig."""
+"""Calibration of the camera rig from films of a laser spot or a ChArUco board, or from a camera file."""

@@ -1,8 +1,9 @@
-"""Bundle adjustment: cameras and points such that the points' pictures fall where they were seen.
+"""Bundle adjustment: the cameras and points that minimise the reprojection error.
 
-Levenberg and Marquardt's method on the sum of squared pixel distances, with the points eliminated from the normal
-equations (Schur's complement; B. Triggs et al., Bundle adjustment: a modern synthesis, 1999, section 6.1). Inside,
-a camera is a row of ``INNER`` numbers, a rotation and a shift; a rotation is changed by a small turn from the left.
+Levenberg-Marquardt on the sum of squared pixel distances, with the points eliminated from the normal equations by the
+Schur complement (B. Triggs et al., Bundle adjustment: a modern synthesis, 1999, section 6.1). A camera consists of a
+row of intrinsic parameters (``INNER``), a rotation and a translation; rotations are updated by a small rotation from
+the left.
 """
 
 from __future__ import annotations
@@ -18,21 +19,21 @@ from cospeech.geometry.rotation import from_vectors, to_vectors
 from cospeech.kernels.jit import njit
 
 Linear = tuple[Floats, Floats, Floats]
-"""Residuals (M, 2), and their derivatives by the camera (M, 2, 15) and by the point or body (M, 2, B)."""
+"""Residuals (M, 2) and their derivatives with respect to camera (M, 2, 15) and point or body (M, 2, B)."""
 
 INNER = ("focal", "aspect", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-"""The numbers inside a camera: fx, fy / fx, the principal point and the lens."""
+"""Intrinsic parameters: fx, fy / fx, principal point and distortion coefficients."""
 POSE = ("turn_x", "turn_y", "turn_z", "shift_x", "shift_y", "shift_z")
 N_INNER = len(INNER)
 N_ALL = N_INNER + len(POSE)
 
 SELF = ("focal", "cx", "cy", "k1", "k2")
-"""What inside a camera a cloud of points determines."""
+"""The intrinsic parameters that a cloud of points determines, as in self-calibration."""
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Cameras as arrays: ``inner`` (C, 9), ``rotations`` (C, 3, 3) and ``shifts`` (C, 3), world to camera."""
+    """Cameras as arrays: intrinsics ``inner`` (C, 9); ``rotations`` (C, 3, 3), ``shifts`` (C, 3), world to camera."""
 
     inner: Floats
     rotations: Floats
@@ -50,7 +51,7 @@ def from_cameras(cameras: Sequence[Camera]) -> Rig:
 
 
 def to_cameras(rig: Rig, like: Sequence[Camera]) -> list[Camera]:
-    """Return the arrays as cameras, with the names and picture sizes of ``like``."""
+    """Return the arrays as cameras with the names and image sizes of ``like``."""
     cameras = []
     for camera, inner, rotation, shift in zip(like, rig.inner, rig.rotations, rig.shifts, strict=True):
         focal, aspect, cx, cy, k1, k2, p1, p2, k3 = inner.tolist()
@@ -68,9 +69,9 @@ def to_cameras(rig: Rig, like: Sequence[Camera]) -> list[Camera]:
 def observe(
     inner: Floats, rotation: Floats, shift: Floats, point: Floats, pixel: Floats, by_camera: Floats, by_point: Floats
 ) -> bool:
-    """Write the pixel (2,) of a point (3,), and its derivatives by the camera (2, 15) and by the point (2, 3).
+    """Project a point (3,) and write its pixel (2,) and derivatives with respect to camera (2, 15) and point (2, 3).
 
-    Returns whether the point is before the camera; where it is not, nothing is written.
+    Returns whether the point lies in front of the camera; if it does not, nothing is written.
     """
     turned = rotation @ point
     place = turned + shift
@@ -130,7 +131,7 @@ def _linearise(
     owners: Integers,
     pixels: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    """Return residuals (M, 2), infinite behind a camera, and their derivatives (M, 2, 15) and (M, 2, 3)."""
+    """Return residuals (M, 2), infinite for points behind the camera, and derivatives (M, 2, 15) and (M, 2, 3)."""
     residuals = np.empty((len(views), 2))
     by_camera = np.zeros((len(views), 2, N_ALL))
     by_point = np.zeros((len(views), 2, 3))
@@ -154,10 +155,10 @@ def _eliminate(
     n_views: int,
     damping: float,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return the reduced normal equations of the cameras, and what gives the points back.
+    """Return the reduced normal equations of the cameras, and what back-substitution of the points needs.
 
     ``by_camera`` (M, 2, F) holds the free parameters only; the observations of point n are ``starts[n]:starts[n+1]``.
-    What is said of points, B = 3 numbers each, holds of rigid bodies, B = 6, in their place.
+    A point has B = 3 parameters; rigid bodies with B = 6 parameters may take the place of points.
     """
     n_free, n_own = by_camera.shape[2], by_point.shape[2]
     n_points = len(starts) - 1
@@ -203,7 +204,7 @@ def _point_steps(
     inverses: Floats,
     gradients: Floats,
 ) -> Floats:
-    """Return the steps (N, B) of the points that go with the ``steps`` (C, F) of the cameras."""
+    """Return the steps (N, B) of the points that correspond to the ``steps`` (C, F) of the cameras."""
     moved = np.empty((len(starts) - 1, by_point.shape[2]))
     for n in range(len(moved)):
         pull = gradients[n].copy()
@@ -227,11 +228,11 @@ def adjust(
 
     Parameters
     ----------
-    rig, points : where to start; NaN for points that nothing is used of.
+    rig, points : initial estimate; NaN for points without used observations.
     observations : pixels (C, N, 2).
-    used : (C, N), the observations that count; every point two or none.
-    free : names of ``INNER`` that may change; poses always may.
-    prior : values and weights (px^2 per unit^2), each (C, 9): adds the sum of weight * (inner - value)^2.
+    used : mask (C, N) of the observations to fit; a point has at least two of them, or none.
+    free : the parameters of ``INNER`` to optimise; poses are always optimised.
+    prior : values and weights (px^2 per unit^2), each (C, 9): adds the sum of weight * (inner - value)^2 to the cost.
     """
     owners, views = np.nonzero(used.T)
     kept, owners = np.unique(owners, return_inverse=True)
@@ -263,10 +264,10 @@ def adjust_bodies(
 
     Parameters
     ----------
-    rig, poses : where to start, [R | t] from the body to the world; NaN where nothing is used.
-    shape : the K points (K, 3) of the body.
+    rig, poses : initial estimate, [R | t] from body to world; NaN for poses without used observations.
+    shape : the points (K, 3) of the body.
     observations : pixels (C, T, K, 2).
-    used : (C, T, K), the observations that count; of every pose three points of one view at least, or none.
+    used : mask (C, T, K) of the observations to fit; a pose has at least three points in one view, or none.
     free, prior, iterations : as in ``adjust``.
     """
     owners, views, parts = np.nonzero(np.moveaxis(used, 0, 1))
@@ -279,7 +280,7 @@ def adjust_bodies(
         turned = (poses[owners, :, :3] @ shape[parts][:, :, None])[:, :, 0]
         places = turned + poses[owners, :, 3]
         residuals, by_camera, by_point = _linearise(rig.inner, rig.rotations, rig.shifts, places, views, each, pixels)
-        by_turn = np.cross(turned[:, None], by_point)  # a small turn w from the left moves a point by w x turned
+        by_turn = np.cross(turned[:, None], by_point)  # a small rotation w from the left moves a point by w x turned
         return residuals, by_camera, np.concatenate([by_turn, by_point], axis=2)
 
     def moved(poses: Floats, steps: Floats) -> Floats:
@@ -303,9 +304,9 @@ def _minimise(
     prior: tuple[Floats, Floats] | None,
     iterations: int,
 ) -> tuple[Rig, Floats]:
-    """Return the rig and the state, of N points or bodies, with the least sum of squares.
+    """Return the rig and the state (N points or bodies) with the least sum of squares.
 
-    ``linearise`` gives residuals and derivatives at a rig and state, ``moved`` the state after steps (N, B).
+    ``linearise`` returns the residuals and derivatives at a rig and state; ``moved`` applies steps (N, B) to a state.
     """
     values, weights = prior if prior is not None else (rig.inner, np.zeros_like(rig.inner))
     columns = np.array([INNER.index(name) for name in free] + list(range(N_INNER, N_ALL)))
@@ -354,7 +355,7 @@ def _moved(rig: Rig, steps: Floats, inside: Integers) -> Rig:
 
 
 def residuals(rig: Rig, points: Floats, observations: Floats) -> Floats:
-    """Return the pixel distances (C, N) of projected points (N, 3) and observations; NaN where either is missing."""
+    """Return the reprojection errors (C, N) in pixels of points (N, 3); NaN where point or observation is missing."""
     seen = ~np.isnan(observations[..., 0]) & ~np.isnan(points[:, 0])
     owners, views = np.nonzero(seen.T)
     pixels = np.ascontiguousarray(observations[views, owners])

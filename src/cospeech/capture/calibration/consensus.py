@@ -1,7 +1,7 @@
-"""Points from the views that agree: every pair of a point's views proposes, all of its views vote.
+"""Robust triangulation by consensus: each pair of views proposes a point, and all views of the point vote on it.
 
-The proposal with most votes is moved to where its voters see it best before the last count, as a point from two views
-carries their noise.
+A point from two views carries the noise of both. The proposal with the most votes is therefore refined on all views
+that voted for it before the votes are counted for the last time.
 """
 
 from __future__ import annotations
@@ -14,16 +14,19 @@ from cospeech.geometry.camera import Camera, flatten
 from cospeech.kernels.jit import njit
 
 LOOSE = 2.0
-"""How many thresholds a view may be from a proposal to vote for it."""
+"""Distance from a proposal, in multiples of the threshold, up to which a view votes for it."""
 STEPS = 2
-"""Gauss-Newton steps of the chosen proposal."""
+"""Gauss-Newton steps to refine the chosen proposal."""
 
 
 @njit
 def _vote(
     rig: tuple[Floats, Floats, Floats], point: Floats, pixels: Floats, limit: float, near: Flags
 ) -> tuple[float, Floats, Floats]:
-    """Write which views (C,) see a point within a squared distance; return their cost and its normal equations."""
+    """Fill ``near`` (C,): which views see the point within the squared distance ``limit``.
+
+    Returns the cost over these views and its normal equations.
+    """
     inner, rotations, shifts = rig
     pixel, by_camera, by_point = np.empty(2), np.empty((2, 15)), np.empty((2, 3))
     cost, square, pull = 0.0, np.zeros((3, 3)), np.zeros(3)
@@ -43,7 +46,10 @@ def _vote(
 
 @njit
 def _meet(a: Floats, b: Floats, between: Floats) -> tuple[bool, Floats]:
-    """Return whether rays ``a`` and ``b`` (3,) meet, and the middle of where they are nearest, from the first."""
+    """Return whether rays ``a`` and ``b`` (3,) intersect, and the midpoint of their closest approach.
+
+    The midpoint is relative to the origin of the first ray; ``between`` leads from there to that of the second.
+    """
     aa, ab, bb = a @ a, a @ b, b @ b
     determinant = aa * bb - ab * ab
     if determinant < 1e-9 * aa * bb:
@@ -96,12 +102,12 @@ def _consensus(
     return points, agreeing
 
 
-def agree(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[Floats, Flags]:
-    """Return the points (N, 3) on which most views agree within ``threshold_px``, and which observations (C, N) do.
+def triangulate(cameras: list[Camera], observations: Floats, threshold_px: float) -> tuple[Floats, Flags]:
+    """Return the points (N, 3) on which the most views agree within ``threshold_px``, and the mask (C, N) of inliers.
 
     Points on which no two views agree are NaN.
     """
     rig = bundle_adjustment.from_cameras(cameras)
-    with np.errstate(all="ignore"):  # a lens on its way to the solution may fold the picture: NaN, not seen
+    with np.errstate(all="ignore"):  # an intermediate distortion may not be invertible: NaN, as if not observed
         flat = np.array([flatten(camera, pixels) for camera, pixels in zip(cameras, observations, strict=True)])
     return _consensus((rig.inner, rig.rotations, rig.shifts), flat, observations, threshold_px)

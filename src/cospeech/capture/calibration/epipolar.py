@@ -1,8 +1,8 @@
-"""Pairwise epipolar geometry, and the vote of all pairs on which observations are to be trusted.
+"""Pairwise epipolar geometry, and a vote of all pairs of views on which observations to trust.
 
-The fundamental matrix of two views by the normalised eight-point method (R. Hartley, In defense of the eight-point
-algorithm, PAMI 1997) inside RANSAC with a truncated cost (MSAC; P. Torr and A. Zisserman, MLESAC, CVIU 2000) of
-Sampson's distance (Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 11.9).
+The fundamental matrix of two views is estimated by the normalised eight-point algorithm (R. Hartley, In defense of
+the eight-point algorithm, PAMI 1997) within RANSAC, with the truncated Sampson distance as its cost (MSAC; P. Torr
+and A. Zisserman, MLESAC, CVIU 2000; Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 11.9).
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from cospeech.data.arrays import Flags, Floats
 from cospeech.kernels.jit import njit
 
 LEAST_COMMON = 12
-"""Fewest points that two views must share for their geometry to be estimated; eight fit anything."""
+"""Minimum number of points shared by two views whose geometry is estimated; eight points always fit exactly."""
 
 SAMPLES = 4000
 SURE = 0.9999
-"""Draws per pair at most, and the probability of a clean draw at which they end."""
+"""Maximum number of RANSAC samples per pair, and the probability of an outlier-free sample at which to stop."""
 
 POLISHES = 4
 
 
 @njit
 def _eight_point(a: Floats, b: Floats) -> Floats:
-    """Return F (3, 3) of rank 2, with b^T F a = 0, of at least eight points (n, 2) in two views."""
+    """Return F (3, 3) of rank 2 with b^T F a = 0, given at least eight points (n, 2) in two views."""
     n = len(a)
     frames = np.zeros((2, 3, 3))
     moved = np.empty((2, n, 2))
@@ -52,7 +52,7 @@ def _eight_point(a: Floats, b: Floats) -> Floats:
 
 @njit
 def sampson(f: Floats, a: Floats, b: Floats) -> Floats:
-    """Return Sampson's squared distance (n,) of points ``a`` and ``b`` (n, 2) from the geometry ``f`` (3, 3)."""
+    """Return the squared Sampson distances (n,) of points ``a`` and ``b`` (n, 2) for the fundamental matrix ``f``."""
     distances = np.empty(len(a))
     for i in range(len(a)):
         x, y, u, v = a[i, 0], a[i, 1], b[i, 0], b[i, 1]
@@ -69,10 +69,10 @@ def sampson(f: Floats, a: Floats, b: Floats) -> Floats:
 @njit
 def _consensus(a: Floats, b: Floats, samples: npt.NDArray[np.int64], limit: float) -> Floats:
     best, best_cost, needed = np.zeros((3, 3)), np.inf, len(samples)
-    for draw in range(len(samples)):
-        if draw >= needed:
+    for trial in range(len(samples)):
+        if trial >= needed:
             break
-        found = _eight_point(a[samples[draw]], b[samples[draw]])
+        found = _eight_point(a[samples[trial]], b[samples[trial]])
         cost = np.minimum(sampson(found, a, b), limit).sum()
         if cost >= best_cost:
             continue
@@ -95,7 +95,7 @@ def _consensus(a: Floats, b: Floats, samples: npt.NDArray[np.int64], limit: floa
 
 
 def fundamental(a: Floats, b: Floats, threshold_px: float, rng: np.random.Generator) -> tuple[Floats, Flags]:
-    """Return F (3, 3), with b^T F a = 0, and which of the points (n, 2), n >= 8, obey it within ``threshold_px``."""
+    """Return F (3, 3) with b^T F a = 0, and which of the points (n, 2), n >= 8, are inliers at ``threshold_px``."""
     samples = np.argpartition(rng.random((SAMPLES, len(a))), 7, axis=1)[:, :8]
     found = _consensus(np.ascontiguousarray(a), np.ascontiguousarray(b), samples, threshold_px**2)
     near = sampson(found, a, b) < threshold_px**2
@@ -105,16 +105,16 @@ def fundamental(a: Floats, b: Floats, threshold_px: float, rng: np.random.Genera
 def vote(
     observations: Floats, threshold_px: float, rng: np.random.Generator
 ) -> tuple[dict[tuple[int, int], Floats], Flags]:
-    """Return the geometry of each pair of views and the observations (C, N) that at least half of their pairs accept.
+    """Return the fundamental matrices of pairs of views, and the observations that at least half of the pairs accept.
 
     Parameters
     ----------
-    observations : pixels (C, N, 2) of N points in C views, NaN where not seen.
-    threshold_px : largest distance from the epipolar geometry; wide, as it must hold the lens's distortion.
+    observations : pixels (C, N, 2) of N points in C views, NaN where not observed.
+    threshold_px : largest Sampson distance of an inlier; wide, because lens distortion is not yet modelled.
 
     Returns
     -------
-    F by (i, j), i < j, with x_j^T F x_i = 0, for pairs with ``LEAST_COMMON`` points; and the mask.
+    F by (i, j), i < j, with x_j^T F x_i = 0, for pairs that share ``LEAST_COMMON`` points; and the mask (C, N).
     """
     seen = ~np.isnan(observations[..., 0])
     asked = np.zeros(seen.shape, dtype=int)

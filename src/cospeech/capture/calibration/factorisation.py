@@ -1,10 +1,11 @@
-"""Projective structure and motion: cameras and points up to a projective change of space.
+"""Projective structure and motion: cameras and points up to a projective transformation.
 
-The scaled measurements of the best covered views have rank four (P. Sturm and B. Triggs, A factorization based
-algorithm for multi-image projective structure and motion, ECCV 1996): depths come from the epipolar geometry and are
-then refined by alternation. Views and points that this leaves out are joined one by one: points are triangulated from
-the cameras at hand, cameras are resected from the points at hand. Where few points are seen by many views at once,
-the start is a pair, and the rest hangs on it as a chain of overlapping subsets.
+The measurement matrix of a start set of views, scaled by the projective depths, has rank four (P. Sturm and B.
+Triggs, A factorization based algorithm for multi-image projective structure and motion, ECCV 1996). Depths are
+initialised from the epipolar geometry and refined by alternation. The remaining views and points are added one by
+one: points are triangulated from the known cameras, and cameras are resected from the known points. Where few points
+are seen by many views at once, the start set is a pair of views, and the rest is chained to it through overlapping
+subsets.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ from cospeech.data.arrays import Flags, Floats
 Pairs = dict[tuple[int, int], Floats]
 
 LEAST_COMMON = 12
-"""Fewest points that all views of a start share."""
+"""Minimum number of points that all views of a start set share."""
 LEAST_RESECTED = 7
-"""Fewest known points from which a camera is resected; six have no check."""
+"""Minimum number of known points to resect a camera; six are enough to solve, but leave nothing to check."""
 ALTERNATIONS = 30
 RESECTIONS = 200
-"""Samples of six points from which the best resection is taken."""
+"""Number of six-point samples among which the best resection is chosen."""
 
 
 def starts(used: Flags, pairs: Pairs) -> list[tuple[int, ...]]:
-    """Return the subsets of views to start from, the best covered first, of observations ``used`` (C, N)."""
+    """Return the candidate start sets of views, best covered first, given the mask ``used`` (C, N)."""
     found = []
     for size in range(2, len(used) + 1):
         for views in combinations(range(len(used)), size):
@@ -42,16 +43,16 @@ def starts(used: Flags, pairs: Pairs) -> list[tuple[int, ...]]:
 def factorise(
     flat: Floats, used: Flags, pairs: Pairs, start: tuple[int, ...], rng: np.random.Generator
 ) -> tuple[Floats, Floats] | None:
-    """Return projective cameras (C, 3, 4) and points (N, 4), NaN for points that fewer than two views see.
+    """Return projective cameras (C, 3, 4) and points (N, 4), NaN for points seen by fewer than two views.
+
+    Returns None if a camera shares too few points with the others.
 
     Parameters
     ----------
-    flat : observations (C, N, 2) in units of about one.
-    used : (C, N), the observations that count.
+    flat : observations (C, N, 2), scaled to the order of one.
+    used : mask (C, N) of the observations to use.
     pairs : F by (i, j), i < j, in the same units.
-    start : the views that are factorised first.
-
-    Returns None where some camera shares too few points with the others.
+    start : the views to factorise first.
     """
     cameras = np.full((len(flat), 3, 4), np.nan)
     common = used[list(start)].all(axis=0)
@@ -74,12 +75,12 @@ def factorise(
 
 
 def _rank_four(flat: Floats, views: tuple[int, ...], pairs: Pairs) -> Floats:
-    """Return the cameras (m, 3, 4) of complete observations (m, n, 2), depths first taken from the first view."""
+    """Return the cameras (m, 3, 4) of complete observations (m, n, 2), with depths initialised relative to view 0."""
     rays = np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
     depths = np.ones(rays.shape[:2])
     for k, view in enumerate(views[1:], start=1):
         f = pairs[views[0], view] if views[0] < view else pairs[view, views[0]].T
-        epipole = np.linalg.svd(f.T)[2][-1]  # of the first view in this one: F^T e = 0
+        epipole = np.linalg.svd(f.T)[2][-1]  # image of the first camera in this view: F^T e = 0
         across = np.cross(epipole, rays[k])
         depths[k] = (across * (rays[0] @ f.T)).sum(axis=1) / (across**2).sum(axis=1)
     for _ in range(ALTERNATIONS):
@@ -95,7 +96,7 @@ def _rank_four(flat: Floats, views: tuple[int, ...], pairs: Pairs) -> Floats:
 
 
 def triangulate(cameras: Floats, flat: Floats, used: Flags) -> Floats:
-    """Return the points (N, 4) of unit length that used observations say, NaN with fewer than two."""
+    """Return the unit-length points (N, 4) triangulated from the used observations, NaN with fewer than two."""
     rows = flat[..., None] * cameras[:, None, 2:, :] - cameras[:, None, :2, :]
     rows /= np.linalg.norm(rows, axis=-1, keepdims=True)
     rows = np.where(used[..., None, None], rows, 0.0)
@@ -106,7 +107,7 @@ def triangulate(cameras: Floats, flat: Floats, used: Flags) -> Floats:
 
 
 def _resect(points: Floats, flat: Floats, camera: Floats | None = None) -> Floats:
-    """Return the camera (3, 4) of points (n, 4) seen at (n, 2), weighted by its former estimate if there is one."""
+    """Return the camera (3, 4) that projects points (n, 4) to ``flat`` (n, 2), reweighted by an estimate if given."""
     rows = np.zeros((len(points), 2, 12))
     rows[:, 0, 0:4] = rows[:, 1, 4:8] = points
     rows[:, :, 8:12] = -flat[:, :, None] * points[:, None, :]
@@ -140,10 +141,10 @@ def _resect_robustly(points: Floats, flat: Floats, rng: np.random.Generator) -> 
     return camera
 
 
-def chains(
+def factorisations(
     flat: Floats, used: Flags, pairs: Pairs, rng: np.random.Generator, most: int
 ) -> Iterator[tuple[Floats, Floats]]:
-    """Give the factorisations from the ``most`` best starts that reach every camera."""
+    """Yield the factorisations from the ``most`` best start sets, skipping those that do not reach every camera."""
     for start in starts(used, pairs)[:most]:
         found = factorise(flat, used, pairs, start, rng)
         if found is not None:

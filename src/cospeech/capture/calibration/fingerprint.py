@@ -1,4 +1,4 @@
-"""The content of films in a few letters, so that a calibration is never used with a take it was not made from."""
+"""Fingerprints of calibration films, so that a stale calibration is never used with a different take."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from cospeech.errors import UserError
 
 
 def of(path: str | Path) -> str:
-    """Return the SHA-256 of a file's bytes, read piece by piece.
+    """Return the SHA-256 of a file, read in blocks.
 
     Raises
     ------
-    UserError : where there is no such file.
+    UserError : if the file does not exist.
     """
     try:
         with Path(path).open("rb") as film:
             return hashlib.file_digest(film, "sha256").hexdigest()
     except FileNotFoundError as error:
-        raise UserError(f"{path}: no such file; every camera of the rig must have one") from error
+        raise UserError(f"{path}: no such file; every camera of the rig needs one") from error
 
 
 def of_take(names: Sequence[str], take: Sequence[str | Path]) -> dict[str, str]:
-    """Return the fingerprint of what each camera was calibrated from.
+    """Return the fingerprint of the file that each camera was calibrated from.
 
     Parameters
     ----------
-    names : of the cameras.
-    take : a film for each camera, named like it; or the one file that gives them all.
+    names : names of the cameras.
+    take : one film per camera, named after the camera; or a single camera file for the whole rig.
     """
     if len(take) == 1:
         return dict.fromkeys(names, of(take[0]))
@@ -37,16 +37,16 @@ def of_take(names: Sequence[str], take: Sequence[str | Path]) -> dict[str, str]:
 
 
 def check(recorded: Mapping[str, str], take: Sequence[str | Path]) -> None:
-    """Hold the calibration take as it lies there against the fingerprints, by camera, that the rig was written with.
+    """Compare the calibration take on disk with the fingerprints recorded for each camera.
 
     Raises
     ------
-    UserError : where a camera's film is missing, new or another one.
+    UserError : if the film of a camera is missing, new or different.
     """
-    lying = of_take(list(recorded), take)
+    present = of_take(list(recorded), take)
     where = Path(take[0]).parent if len(take) > 1 else take[0]
-    for camera in sorted({*recorded, *lying}):
-        if recorded.get(camera) != lying.get(camera):
+    for camera in sorted({*recorded, *present}):
+        if recorded.get(camera) != present.get(camera):
             raise UserError(
                 f"{where}: the cameras were calibrated from another take (camera {camera} differs); delete "
                 "capture/cameras.parquet and run again"

@@ -1,8 +1,8 @@
-"""Find the red spot of a laser pointer in a picture, to a fraction of a pixel.
+"""Sub-pixel detection of the red spot of a laser pointer.
 
-The spot is the strongest compact red light: a bright core, redder than what surrounds it. Bloom is taken off as the
-level around the core, and what shines back is weaker than the spot, or spread. Where two lights could be the spot, no
-answer is better than a wrong one.
+The spot is the strongest compact red light: a bright core that is redder than its surroundings. Bloom is removed by
+subtracting the level around the core. Reflections are weaker or more diffuse than the spot. If two lights could be
+the spot, none is returned: a missing detection is better than a wrong one.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from cospeech.data.arrays import Floats, Plane
 from cospeech.kernels.jit import njit
 
 LEAST_RED = 20.0
-"""Least Cr above the neutral 128 at the core; a darkened room has none."""
+"""Minimum Cr of the core above the neutral value 128; nothing in a darkened room reaches it."""
 LEAST_LIGHT = 90.0
-"""Least sum of Y and twice the red at the core: what shines back weakly stays below."""
+"""Minimum sum of Y and twice the redness at the core; weak reflections stay below it."""
 RIVAL = 0.7
-"""Another light with more than this share of the strongest one's makes the picture ambiguous."""
+"""A second light of more than this fraction of the strongest makes the image ambiguous."""
 CORE = 0.004
-"""Radius of the core that is averaged, in widths of the picture; three pixels at least."""
+"""Radius of the averaged core, in image widths; at least three pixels."""
 APART = 4.0
-"""Distance from which a light counts as another one, in radii of the core."""
+"""Distance beyond which a light counts as a separate one, in core radii."""
 WIDEST = 0.8
-"""Mean over peak of the core, above which it is a lit surface and no spot."""
+"""Ratio of mean to peak brightness above which the core is a lit surface and not a spot."""
 
 
 @njit
 def _light(y: Plane, cr: Plane, row: int, column: int) -> float:
-    """Return the mean of brightness and twice the redness of the 3 x 3 pixels around one."""
+    """Return brightness plus twice the redness, averaged over the 3 x 3 pixels around one pixel."""
     total = 0.0
     for i in range(row - 1, row + 2):
         for j in range(column - 1, column + 2):
@@ -42,7 +42,7 @@ def _light(y: Plane, cr: Plane, row: int, column: int) -> float:
 
 @njit
 def _find(y: Plane, cr: Plane, width: int, radius: int, least_red: float) -> tuple[float, float, float, float, float]:
-    """Return column and row of the spot, its light, that of its strongest rival, and how flat its core is."""
+    """Return column and row of the spot, its light, that of its strongest rival, and the flatness of its core."""
     height = y.shape[0]
     best, rival, at_row, at_column = 0.0, 0.0, -1, -1
     red = 128.0 + least_red
@@ -61,7 +61,7 @@ def _find(y: Plane, cr: Plane, width: int, radius: int, least_red: float) -> tup
                 rival = max(rival, _light(y, cr, row, column))
     x, y_centre = float(at_column), float(at_row)
     flat = 0.0
-    for _ in range(3):  # the window follows its own centroid, so that it does not pull it to whole pixels
+    for _ in range(3):  # recentre the window on the centroid, which a fixed window would bias to whole pixels
         ring, n_ring = 0.0, 0
         for row in range(max(int(y_centre) - 2 * radius, 0), min(int(y_centre) + 2 * radius + 2, height)):
             for column in range(max(int(x) - 2 * radius, 0), min(int(x) + 2 * radius + 2, width)):
@@ -91,12 +91,12 @@ def _find(y: Plane, cr: Plane, width: int, radius: int, least_red: float) -> tup
 
 
 def find(y: Plane, cr: Plane, width: int | None = None) -> tuple[float, float]:
-    """Return the spot's x and y in pixels, NaN where there is none or more than one.
+    """Return x and y of the spot in pixels, NaN if there is no spot or more than one candidate.
 
     Parameters
     ----------
-    y, cr : planes (H, W or wider) in full range.
-    width : of the picture, where the planes are wider.
+    y, cr : full-range planes (H, W or wider).
+    width : width of the image, if the planes are padded.
     """
     width = y.shape[1] if width is None else width
     radius = max(3, round(CORE * width))
@@ -106,15 +106,15 @@ def find(y: Plane, cr: Plane, width: int | None = None) -> tuple[float, float]:
     return x, row
 
 
-def sightings(camera: str, pictures: Iterable[tuple[Plane, Plane, Plane]], width: int) -> pd.DataFrame:
-    """Return the rows of the table ``laser`` (camera, frame, x_px, y_px) of one film, where the spot is seen."""
+def detections(camera: str, pictures: Iterable[tuple[Plane, Plane, Plane]], width: int) -> pd.DataFrame:
+    """Return the spots detected in one film as rows of the table ``laser`` (camera, frame, x_px, y_px)."""
     found = np.array([find(y, cr, width) for y, _, cr in pictures]).reshape(-1, 2)
     seen = np.flatnonzero(~np.isnan(found[:, 0]))
     return pd.DataFrame({"camera": camera, "frame": seen, "x_px": found[seen, 0], "y_px": found[seen, 1]})
 
 
 def observations(table: pd.DataFrame, names: list[str]) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return pixels (C, N, 2) of the cameras ``names``, NaN where not seen, and the N frames that any of them saw."""
+    """Return pixels (C, N, 2) for the cameras ``names``, NaN where not detected, and the N frames with detections."""
     frames, columns = np.unique(table["frame"].to_numpy(), return_inverse=True)
     rows = pd.Index(names).get_indexer(pd.Index(table["camera"]))
     pixels = np.full((len(names), len(frames), 2), np.nan)

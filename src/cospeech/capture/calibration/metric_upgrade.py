@@ -1,8 +1,8 @@
-"""From projective to Euclidean: the linear dual absolute quadric.
+"""Metric upgrade of a projective reconstruction by linear estimation of the dual absolute quadric.
 
-M. Pollefeys et al., Visual modeling with a hand-held camera, IJCV 2004, section 5.2: square pixels, a principal point
-near the middle and a focal length near a guess, each with its uncertainty, are linear in the ten numbers of the
-quadric.
+M. Pollefeys et al., Visual modeling with a hand-held camera, IJCV 2004, section 5.2. Square pixels, a principal point
+near the image centre and a focal length near a guess, each weighted by its uncertainty, are linear constraints on the
+ten parameters of the quadric.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ import numpy as np
 from cospeech.data.arrays import Floats
 
 UNCERTAIN = {"focal": 3.0, "aspect": 0.05, "skew": 0.01, "centre": 0.1}
-"""How far the numbers of a camera may be from the guess, relative to the focal length."""
+"""Uncertainty of the intrinsics around the guess, relative to the focal length."""
 
 REWEIGHTINGS = 6
 
 
 def upgrade(cameras: Floats, points: Floats, focal: float) -> tuple[Floats, Floats, Floats, Floats] | None:
-    """Return focal lengths (C,), rotations (C, 3, 3), shifts (C, 3) and points (N, 3), or None where there are none.
+    """Return focal lengths (C,), rotations (C, 3, 3), translations (C, 3) and points (N, 3), or None if it fails.
 
     Parameters
     ----------
-    cameras : projective cameras (C, 3, 4), of coordinates that count from the middle of the picture.
+    cameras : projective cameras (C, 3, 4), for image coordinates relative to the image centre.
     points : projective points (N, 4).
-    focal : guess of all focal lengths in the same units.
+    focal : initial guess for all focal lengths, in the same units.
     """
     scaled = cameras / np.array([focal, focal, 1.0])[:, None]
     change = _change_of_space(_quadric(scaled))
@@ -53,7 +53,7 @@ def upgrade(cameras: Floats, points: Floats, focal: float) -> tuple[Floats, Floa
 
 
 def _quadric(cameras: Floats) -> Floats:
-    """Return the dual absolute quadric (4, 4) of cameras whose calibration is near the identity."""
+    """Return the dual absolute quadric (4, 4) of cameras whose intrinsic matrix is close to the identity."""
     at = [(i, j) for i in range(4) for j in range(i, 4)]
     weights = np.ones(len(cameras))
     quadric = np.zeros((4, 4))
@@ -84,7 +84,7 @@ def _quadric(cameras: Floats) -> Floats:
 
 
 def _change_of_space(quadric: Floats) -> Floats | None:
-    """Return H (4, 4) with quadric = H diag(1, 1, 1, 0) H^T, or None where its signs forbid it."""
+    """Return H (4, 4) with quadric = H diag(1, 1, 1, 0) H^T, or None if the signs of its eigenvalues forbid it."""
     values, vectors = np.linalg.eigh(quadric)
     order = np.argsort(values)[::-1]
     values, vectors = values[order], vectors[:, order]

@@ -1,4 +1,4 @@
-"""A picture of a calibrated rig: its cameras and the points behind them, from above and from the side."""
+"""Plot of a calibrated rig: its cameras and the points they were calibrated from, in top and side view."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ SIDES = (
 )
 RAY_M = 0.6
 SAME_M = 0.2
-"""Cameras that are seen closer to each other than this share a label."""
+"""Cameras that appear closer to each other than this share a label."""
 
 
 def draw(cameras: Sequence[Camera], points_m: Floats) -> Figure:
-    """Return the picture of cameras and points (N, 3), NaN where there is none."""
+    """Return a figure of the cameras and points (N, 3); NaN points are skipped."""
     figure = Figure(figsize=(9.2, 3.6), layout="compressed")
     FigureCanvasAgg(figure)
     for panel, (title, across, up, label_across, label_up) in zip(figure.subplots(1, 2), SIDES, strict=True):
@@ -47,5 +47,5 @@ def draw(cameras: Sequence[Camera], points_m: Floats) -> Figure:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write the picture as PNG; the same picture gives the same bytes."""
+    """Write the figure as PNG; the same figure gives the same bytes."""
     figure.savefig(path, dpi=130, metadata={"Software": None})

@@ -1,4 +1,4 @@
-"""Bundle adjustment in rounds: what agrees is adjusted, and the better the cameras, the less may disagree."""
+"""Robust bundle adjustment: rounds of inlier selection and adjustment with a shrinking outlier threshold."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from cospeech.data.arrays import Flags, Floats
 from cospeech.geometry.camera import Camera
 
 CENTRE_DOUBT = 0.015
-"""Standard deviation of the principal point from the middle, relative to the longer side."""
+"""Prior standard deviation of the principal point from the image centre, relative to the longer side."""
 
 LENS_DOUBT = 0.3
-"""Standard deviation of k1 and k2."""
+"""Prior standard deviation of k1 and k2."""
 
 FINEST_PX = 0.005
-"""Least noise: no real picture is measured better."""
+"""Lower bound on the estimated noise: no real image is measured more precisely."""
 
 ROUNDS = 6
 
 MEDIAN = 1.1774
-"""Median length of a vector of two normal numbers, in their standard deviations."""
+"""Median length of a two-dimensional standard normal vector."""
 
 OUTLYING = 3.7
-"""Distances above this many standard deviations are outliers: one in a thousand of those that are not."""
+"""Outlier threshold in standard deviations of the noise; one inlier in a thousand exceeds it."""
 
 
-def adjust(
+def adjust_once(
     cameras: list[Camera],
     observations: Floats,
     threshold_px: float,
@@ -36,15 +36,15 @@ def adjust(
     free: Sequence[str] = bundle_adjustment.SELF,
     iterations: int = 50,
 ) -> tuple[list[Camera], Floats, Flags]:
-    """Return the cameras adjusted to what agrees on them within ``threshold_px``, its points, and what agreed."""
-    points, used = consensus.agree(cameras, observations, threshold_px)
-    cameras, points = fitted(
+    """Return cameras adjusted to the inliers within ``threshold_px``, their points, and the inlier mask (C, N)."""
+    points, used = consensus.triangulate(cameras, observations, threshold_px)
+    cameras, points = adjust_inliers(
         cameras, points, observations, used, noise_px=threshold_px / OUTLYING, free=free, iterations=iterations
     )
     return cameras, points, used
 
 
-def fitted(
+def adjust_inliers(
     cameras: Sequence[Camera],
     points: Floats,
     observations: Floats,
@@ -54,7 +54,7 @@ def fitted(
     free: Sequence[str] = bundle_adjustment.SELF,
     iterations: int = 50,
 ) -> tuple[list[Camera], Floats]:
-    """Return cameras and points (N, 3) fitted to the used observations (C, N), under the prior of that noise."""
+    """Return cameras and points (N, 3) fitted to the used observations (C, N), with the prior scaled by the noise."""
     rig, points = bundle_adjustment.adjust(
         bundle_adjustment.from_cameras(cameras),
         points,
@@ -68,7 +68,10 @@ def fitted(
 
 
 def _prior(cameras: Sequence[Camera], noise_px: float) -> tuple[Floats, Floats]:
-    """Return the weak prior of ``bundle.adjust``, scaled by the noise, as squared pixels are not standardised."""
+    """Return the weak prior for ``bundle_adjustment.adjust``.
+
+    It is scaled by the noise because the cost is in squared pixels, not in standard deviations.
+    """
     values = np.zeros((len(cameras), bundle_adjustment.N_INNER))
     weights = np.zeros_like(values)
     for row, camera in enumerate(cameras):
@@ -78,25 +81,29 @@ def _prior(cameras: Sequence[Camera], noise_px: float) -> tuple[Floats, Floats]:
     return values, weights
 
 
-def rounds(
+def adjust(
     cameras: list[Camera], observations: Floats, threshold_px: float, *, free: Sequence[str] = bundle_adjustment.SELF
 ) -> tuple[list[Camera], Floats, Flags]:
     """Return cameras, points and used observations after rounds of adjustment with a shrinking outlier threshold.
 
-    The threshold starts at ``threshold_px`` and follows the ``noise``.
+    The threshold starts at ``threshold_px`` and then follows the estimated noise.
     """
     for _ in range(ROUNDS):
-        cameras, points, used = adjust(cameras, observations, threshold_px, free=free)
+        cameras, points, used = adjust_once(cameras, observations, threshold_px, free=free)
         distances = bundle_adjustment.residuals(bundle_adjustment.from_cameras(cameras), points, observations)
-        taken = 3 * int(used.any(axis=0).sum()) + (len(free) + len(bundle_adjustment.POSE)) * len(cameras)
-        threshold_px = min(threshold_px, OUTLYING * noise(distances[used], taken))
-    return adjust(cameras, observations, threshold_px, free=free)
+        n_parameters = 3 * int(used.any(axis=0).sum()) + (len(free) + len(bundle_adjustment.POSE)) * len(cameras)
+        threshold_px = min(threshold_px, OUTLYING * noise_sd(distances[used], n_parameters))
+    return adjust_once(cameras, observations, threshold_px, free=free)
 
 
-def noise(distances: Floats, taken: int) -> float:
-    """Return the noise in pixels on an axis that the median of distances (n,) tells, and ``FINEST_PX`` at least.
+def noise_sd(distances: Floats, n_parameters: int) -> float:
+    """Return the standard deviation of the pixel noise per axis, from the median of the reprojection errors (n,).
 
-    ``taken`` is how many numbers were fitted, which take some of the noise away.
+    The estimate is at least ``FINEST_PX``, and corrected for the degrees of freedom taken by ``n_parameters`` fitted
+    parameters.
     """
-    told = 2 * len(distances)
-    return max(float(np.median(distances)) / MEDIAN * np.sqrt(told / max(told - taken, 0.05 * told)), FINEST_PX)
+    n_values = 2 * len(distances)
+    return max(
+        float(np.median(distances)) / MEDIAN * np.sqrt(n_values / max(n_values - n_parameters, 0.05 * n_values)),
+        FINEST_PX,
+    )

@@ -1,8 +1,8 @@
-"""Self-calibration of a rig from points that its cameras saw at the same time, such as a roaming laser spot.
+"""Self-calibration of a rig from points that its cameras see at the same time, such as a moving laser spot.
 
-The way of T. Svoboda, D. Martinec and T. Pajdla, A convenient multicamera self-calibration for virtual environments,
-Presence 2005: trusted observations by pairwise epipolar geometry, projective factorisation with missing data,
-Euclidean upgrade, and bundle adjustment with the lens in rounds that leave out fewer and fewer outliers.
+Follows T. Svoboda, D. Martinec and T. Pajdla, A convenient multicamera self-calibration for virtual environments,
+Presence 2005: outlier rejection by pairwise epipolar geometry, projective factorisation with missing data, metric
+upgrade, and robust bundle adjustment including lens distortion.
 """
 
 from __future__ import annotations
@@ -15,30 +15,31 @@ from cospeech.data.arrays import Flags, Floats
 from cospeech.geometry.camera import Camera
 
 WIDE = 0.005
-"""First outlier threshold, relative to the picture's diagonal: the lens is not known yet."""
+"""Initial outlier threshold, relative to the image diagonal; wide, because lens distortion is still unknown."""
 FOCAL_GUESSES = (1.0, 0.6, 1.7, 3.0)
-"""Focal lengths that the upgrade is tried with, relative to the longer side of the picture."""
+"""Initial focal lengths to try for the metric upgrade, relative to the longer side of the image."""
 STARTS = 6
-"""Chains of subsets that are tried."""
+"""Number of start sets to try."""
 ENOUGH = 0.9
-"""Share of the trusted observations with which a start is taken without trying others."""
+"""Fraction of the trusted observations that must agree for a start to be accepted without trying others."""
 
 
 def calibrate(
     names: list[str], observations: Floats, sizes_px: list[tuple[int, int]], seed: int = 0
 ) -> tuple[list[Camera], Floats, Flags]:
-    """Return the cameras, the points (N, 3) and which observations (C, N) they rest on.
+    """Return the cameras, the points (N, 3) and the mask (C, N) of the observations that were used.
 
-    The frame is that of the first camera, and the unit the mean distance of the other cameras from it: see ``axes``.
+    The frame is that of the first camera, and the unit is its mean distance from the other cameras; ``world_frame``
+    gives metres and axes.
 
     Parameters
     ----------
-    names, sizes_px : of the C cameras.
-    observations : pixels (C, N, 2) of N points, NaN where not seen.
+    names, sizes_px : names and image sizes of the C cameras.
+    observations : pixels (C, N, 2) of N points, NaN where not observed.
 
     Raises
     ------
-    UserError : where the observations cannot determine the rig.
+    UserError : if the observations do not determine the rig.
     """
     quality.require_common_points(names, observations)
     rng = np.random.default_rng(seed)
@@ -46,7 +47,7 @@ def calibrate(
     pairs, trusted = epipolar.vote(observations, WIDE * diagonal, rng)
     quality.require_linked(names, trusted)
     cameras = _start(names, observations, sizes_px, pairs, trusted, rng)
-    cameras, points, used = robust_bundle.rounds(cameras, observations, WIDE * diagonal)
+    cameras, points, used = robust_bundle.adjust(cameras, observations, WIDE * diagonal)
     quality.require_determined(cameras, points, used, observations)
     return cameras, points, used
 
@@ -59,7 +60,7 @@ def _start(
     trusted: Flags,
     rng: np.random.Generator,
 ) -> list[Camera]:
-    """Return the first cameras, without lens, that most trusted observations agree with."""
+    """Return the initial cameras, before robust adjustment, with which the most trusted observations agree."""
     unit = float(np.max(sizes_px))
     middles = (np.array(sizes_px, dtype=float) - 1.0) / 2.0
     flat = (observations - middles[:, None]) / unit
@@ -68,7 +69,7 @@ def _start(
     seen = np.where(trusted[..., None], observations, np.nan)
     threshold = WIDE * float(np.hypot(*np.max(sizes_px, axis=0)))
     best, most = None, -1
-    for projective, points in factorisation.chains(flat, trusted, flat_pairs, rng, STARTS):
+    for projective, points in factorisation.factorisations(flat, trusted, flat_pairs, rng, STARTS):
         for guess in FOCAL_GUESSES:
             found = upgrade(projective, points[~np.isnan(points[:, 0])], guess)
             if found is None:
@@ -78,19 +79,19 @@ def _start(
             blank = [Camera(n, s, (1.0, 1.0), (0.0, 0.0)) for n, s in zip(names, sizes_px, strict=True)]
             cameras = bundle_adjustment.to_cameras(rig, blank)
             for wide in (4.0, 2.0):
-                cameras, _, _ = robust_bundle.adjust(cameras, seen, wide * threshold, iterations=15)
-            _, used = consensus.agree(cameras, seen, threshold)
+                cameras, _, _ = robust_bundle.adjust_once(cameras, seen, wide * threshold, iterations=15)
+            _, used = consensus.triangulate(cameras, seen, threshold)
             if used.sum() > most:
                 best, most = cameras, int(used.sum())
             if most >= ENOUGH * trusted.sum():
                 return cameras
     if best is None:
-        raise quality.undetermined("no start from any subset of its cameras reaches all of them")
+        raise quality.undetermined("no subset of the cameras leads to an initial estimate of all of them")
     return best
 
 
 def _normal(focals: Floats, middles: Floats, rotations: Floats, shifts: Floats) -> bundle_adjustment.Rig:
-    """Return the rig in the frame of its first camera, the others at mean distance one."""
+    """Return the rig in the frame of its first camera, with the others at a mean distance of one."""
     inner = np.zeros((len(focals), bundle_adjustment.N_INNER))
     inner[:, 0], inner[:, 1], inner[:, 2:4] = focals, 1.0, middles
     turned = rotations @ rotations[0].T

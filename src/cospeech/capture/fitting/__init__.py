@@ -1,1 +1,1 @@
-"""From markers to joint angles."""
+"""Fitting: from marker positions to joint angles."""

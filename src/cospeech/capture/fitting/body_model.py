@@ -1,12 +1,12 @@
-"""The subject: body parts in a tree, where their joints are, and where each marker sits on its part.
+"""Body model of a subject: a tree of body parts with joint centres, and the position of each marker on its part.
 
-Thorax and head move freely; an arm hangs on the thorax by a ball joint and bends in a hinge whose axis is the
-thorax's x axis in the static pose; a leg hangs on hips that stay upright, by two hinges, and bends in a third. These
-are the freedoms that 15 markers can tell, and no others: all that is left out is listed in ``observability``.
+Thorax and head are free. The upper arm is attached to the thorax by a ball joint, and the elbow is a hinge whose axis
+is the x axis of the thorax in the static pose. The legs are attached to hips that stay upright: two hinges at the hip
+and one at the knee. These are the degrees of freedom that 15 markers determine; ``observability`` lists all others.
 
-Marker places and bones come from the static pose once the shoulders are known: the elbow is below the shoulder at
-the height of its marker, the hand marker is where the static pose shows it. Hips and knees, which no functional
-movement tells here, are taken from ``skeleton.BODY`` in proportion to the height of the shoulders.
+Marker positions and bone lengths come from the static pose once the shoulder centres are known: the elbow lies below
+the shoulder at the height of its marker, and the hand marker is where the static pose shows it. Hips and knees, which
+no functional movement determines here, are taken from ``skeleton.BODY``, scaled by the height of the shoulders.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cospeech.capture.fitting.joint_centres import shoulder
+from cospeech.capture.fitting.joint_centres import shoulder_centre
 from cospeech.capture.fitting.static_pose import static_pose
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
@@ -23,7 +23,7 @@ from cospeech.geometry.rigid import align
 from cospeech.motion import markers, skeleton
 
 FREE, BALL, HINGE_X, HINGE_Z, UPRIGHT = range(5)
-"""What a part may do at its joint: turn and go anywhere; turn; turn about x; about z; go along without turning."""
+"""Kinds of joints: free, ball joint, hinge about x or z, and translation with the parent while staying upright."""
 
 PARTS = (
     ("thorax", None, FREE),
@@ -40,7 +40,7 @@ PARTS = (
     ("right_thigh", "right_leg", HINGE_Z),
     ("right_shin", "right_thigh", HINGE_X),
 )
-"""Name, parent and kind of every part, parents first."""
+"""Name, parent and kind of joint of every part, parents first."""
 
 NAMES = tuple(name for name, _, _ in PARTS)
 PARENTS: Integers = np.array([-1 if parent is None else NAMES.index(parent) for _, parent, _ in PARTS])
@@ -48,12 +48,12 @@ KINDS: Integers = np.array([kind for _, _, kind in PARTS])
 
 CARRIER = {"chest": "thorax", "left_hand": "left_forearm", "right_hand": "right_forearm",
            "left_foot": "left_shin", "right_foot": "right_shin"}  # fmt: skip
-"""The part that carries the markers of a joint which is no part of its own."""
+"""The part that carries the markers of a joint that is not a part itself."""
 
 MARKER_PART: Integers = np.array([NAMES.index(CARRIER.get(m.joint, m.joint)) for m in markers.MARKERS])
 
 RIGID_M, HAND_M, LEG_M = 0.001, 0.005, 0.02
-"""How far a marker may stray from its place on its part: on one bone; beyond the wrist; beyond a guessed hip."""
+"""Tolerance of a marker's position on its part: on a single bone; beyond the wrist; beyond an assumed hip joint."""
 
 TOLERANCES_M: Floats = np.array(
     [HAND_M if "hand" in name else LEG_M if "leg" in name or "foot" in name else RIGID_M for name in markers.NAMES]
@@ -62,19 +62,19 @@ TOLERANCES_M: Floats = np.array(
 THORAX = tuple(index for index, marker in enumerate(markers.MARKERS) if marker.joint == "chest")
 HEAD = tuple(index for index, marker in enumerate(markers.MARKERS) if marker.joint == "head")
 
-SPARE = tuple(m.name for m in markers.MARKERS if m.joint == "chest" or m.name.endswith(("leg", "foot")))
-"""Markers that a subject may lack: legs and feet, and one of the four on the trunk."""
+OPTIONAL = tuple(m.name for m in markers.MARKERS if m.joint == "chest" or m.name.endswith(("leg", "foot")))
+"""Markers that a subject need not wear: those on legs and feet, and one of the four on the trunk."""
 
 
 @dataclass(frozen=True)
 class BodyModel:
-    """One subject.
+    """The body model of one subject.
 
     Attributes
     ----------
-    offsets_m : (P, 3) place of each part's joint in its parent's frame; a free part's in the static pose.
-    marker_places_m : (M, 3) place of each marker in the frame of its part; NaN for one that is not worn.
-    shoulder_errors_m : standard error of the centre of the left and the right shoulder.
+    offsets_m : (P, 3) position of each part's joint in the frame of its parent; for free parts, in the static pose.
+    marker_places_m : (M, 3) position of each marker in the frame of its part; NaN if it is not worn.
+    shoulder_errors_m : standard errors of the centres of the left and the right shoulder.
     """
 
     offsets_m: Floats
@@ -87,25 +87,25 @@ def body_model(places_m: Floats, fps: float, static_s: float) -> BodyModel:
 
     Parameters
     ----------
-    places_m : (T, M, 3) of ``markers.NAMES`` in metres, NaN where lost.
-    static_s : length of the static pose in seconds.
+    places_m : (T, M, 3) positions of ``markers.NAMES`` in metres, NaN where lost.
+    static_s : duration of the static pose in seconds.
 
     Raises
     ------
-    UserError : where the static pose lacks a marker or is not still, or an arm moves too little.
+    UserError : if the static pose lacks a marker or is not still, or if an arm moves too little.
     """
-    still = static_pose(places_m, markers.NAMES, fps, static_s, SPARE)
+    still = static_pose(places_m, markers.NAMES, fps, static_s, OPTIONAL)
     rigid = [index for index in THORAX if not np.isnan(still[index, 0])]
     if len(rigid) < 3:
         trunk = ", ".join(markers.NAMES[index] for index in THORAX)
         raise UserError(
             f"static pose: {len(rigid)} of the markers {trunk} are seen in the first {static_s:g} s of the "
-            "range-of-motion take, needed are three; begin the take with the static pose in view of the cameras"
+            "range-of-motion take, but three are needed; begin the take with the static pose in view of the cameras"
         )
     thorax = align(still[rigid], places_m[:, rigid])
     at = dict(zip(markers.NAMES, still, strict=True))
     elbows = {side: places_m[:, markers.NAMES.index(f"{side}_elbow")] for side in ("left", "right")}
-    shoulders = {side: shoulder(side, elbow, thorax) for side, elbow in elbows.items()}
+    shoulders = {side: shoulder_centre(side, elbow, thorax) for side, elbow in elbows.items()}
     centres = {name: np.zeros(3) for name in NAMES}
     middle = (shoulders["left"].centre_m + shoulders["right"].centre_m) / 2.0
     size = middle[1] / sum(skeleton.OFFSET_M[name][1] for name in ("hips", "spine", "chest", "left_arm"))

@@ -1,8 +1,8 @@
-"""Where the elbows turn, from how the hands circle them in the range-of-motion take.
+"""Functional estimation of the elbow centres from the motion of the hands in the range-of-motion take.
 
-The static pose tells an elbow's height by its marker alone, which may sit some millimetres above or below the joint.
-In the frame of the upper arm, a forearm that bends carries the hand's marker on a circle about the hinge: its centre
-is the elbow.
+The static pose gives the height of an elbow only by its marker, which may sit some millimetres above or below the
+joint. In the frame of the upper arm, flexion of the forearm moves the hand marker on a circle about the hinge, and
+the centre of this circle is the elbow.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from scipy.optimize import least_squares
 
 from cospeech.capture.fitting.body_model import NAMES, BodyModel
 from cospeech.capture.fitting.inverse_kinematics import solve
-from cospeech.capture.fitting.joint_centres import within
+from cospeech.capture.fitting.joint_centres import to_local
 from cospeech.data.arrays import Floats
 from cospeech.motion import markers
 
 ROUNDS = 3
-"""The upper arm's own turn is known by the forearm, and so gets better with the elbow."""
+"""Number of iterations: the axial rotation of the upper arm depends on the forearm, so it improves with the elbow."""
 
 STRAY_M = 0.002
-"""Distance from the circle beyond which a sight of the hand counts less and less."""
+"""Scale of the robust loss: hand positions farther than this from the circle are down-weighted."""
 
 LEAST_ARC_DEG = 60.0
-"""A hand that goes through less of the circle leaves the elbow where the static pose shows it."""
+"""Minimum arc covered by the hand; with less, the elbow stays where the static pose shows it."""
 
 
-def refined(model: BodyModel, places_m: Floats) -> BodyModel:
-    """Return ``model`` with elbows about which the hands turn in the range-of-motion take.
+def refine_elbows(model: BodyModel, places_m: Floats) -> BodyModel:
+    """Return ``model`` with elbow centres estimated from the motion of the hands in the range-of-motion take.
 
     Parameters
     ----------
@@ -41,18 +41,19 @@ def refined(model: BodyModel, places_m: Floats) -> BodyModel:
         for side in ("left", "right"):
             arm, forearm = NAMES.index(f"{side}_arm"), NAMES.index(f"{side}_forearm")
             hand = markers.NAMES.index(f"{side}_hand")
-            seen = within(poses.turns[:, arm], poses.places_m[:, arm], places_m[:, hand])
-            moved = circle(seen[:, 1:], offsets[forearm, 1:]) - offsets[forearm, 1:]
+            seen = to_local(poses.turns[:, arm], poses.places_m[:, arm], places_m[:, hand])
+            moved = circle_centre(seen[:, 1:], offsets[forearm, 1:]) - offsets[forearm, 1:]
             offsets[forearm, 1:] += moved
-            worn[hand, 1:] -= moved  # it stays where the static pose shows it
+            worn[hand, 1:] -= moved  # keep its position in the static pose
         model = replace(model, offsets_m=offsets, marker_places_m=worn)
     return model
 
 
-def circle(points_m: Floats, start_m: Floats) -> Floats:
-    """Return the centre (2,) of the circle through points (T, 2), or ``start_m`` where they cover too little of it.
+def circle_centre(points_m: Floats, start_m: Floats) -> Floats:
+    """Return the centre (2,) of the circle fitted to points (T, 2), or ``start_m`` if they cover too short an arc.
 
-    Least distances with a loss that grows in the end linearly, as hidden hands stray; rows with NaN are left out.
+    Least squares of the distances to the circle with a soft-L1 loss, because positions of hidden hands deviate. Rows
+    with NaN are ignored.
     """
     points = points_m[~np.any(np.isnan(points_m), axis=1)]
     away = points - start_m

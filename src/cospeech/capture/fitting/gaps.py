@@ -1,29 +1,29 @@
-"""Markers that stay lost for long: carried along with the trunk, so that a hidden hand goes smoothly on its way."""
+"""Interpolation of long marker gaps in the frame of the trunk, so that a hidden hand moves smoothly with the body."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from cospeech.capture.fitting.joint_centres import within
+from cospeech.capture.fitting.joint_centres import to_local
 from cospeech.data.arrays import Floats
 
 
-def bridged(places_m: Floats, trunk: tuple[Floats, Floats]) -> Floats:
-    """Return places (T, M, 3) in metres with the gaps of every marker bridged, NaN where the trunk is lost too.
+def bridge_gaps(places_m: Floats, trunk: tuple[Floats, Floats]) -> Floats:
+    """Return positions (T, M, 3) in metres with the gaps of all markers filled, NaN where the trunk is lost too.
 
-    A gap is bridged in the frame of the trunk by the monotone cubic of Fritsch and Carlson (SIAM J. Numer.
-    Anal. 1980), which overshoots neither side; before a marker is first seen, and after it is last seen, it rests
-    there. A marker that is never seen stays NaN.
+    Gaps are interpolated in the frame of the trunk by the monotone cubic of Fritsch and Carlson (SIAM J. Numer. Anal.
+    1980), which does not overshoot. Before its first and after its last detection, a marker rests relative to the
+    trunk. A marker that is never detected stays NaN.
 
     Parameters
     ----------
-    trunk : its rotations (T, 3, 3) and shifts (T, 3) in the world, NaN where lost.
+    trunk : rotations (T, 3, 3) and translations (T, 3) of the trunk in the world, NaN where lost.
     """
     rotations, shifts = trunk
     filled = places_m.copy()
     for marker in range(places_m.shape[1]):
-        own = within(rotations, shifts, places_m[:, marker])
+        own = to_local(rotations, shifts, places_m[:, marker])
         known = np.flatnonzero(~np.isnan(own[:, 0]))
         gap = np.flatnonzero(np.isnan(places_m[:, marker, 0]))
         if len(known) < 2:

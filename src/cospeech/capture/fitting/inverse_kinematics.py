@@ -1,12 +1,13 @@
-"""Inverse kinematics: the pose of the body model that best explains the markers of a frame, frame by frame.
+"""Inverse kinematics: in each frame, the pose of the body model that best explains the markers.
 
 Levenberg-Marquardt (Marquardt 1963; Nocedal and Wright 2006, 10.3) on
 
     sum_m |x_m(q) - seen_m|^2 / tolerance_m^2  +  sum_d moved_d^2 / pace_d^2,
 
-where a step turns a ball joint by exp(step) in its own frame, so that no pose locks, and ``moved`` is the sum of the
-steps since the frame before. The second term says how far a body goes in a frame; it leaves what is seen as it is,
-and holds still what is not: a lost marker's part, the turn of a straight arm about itself.
+where a step rotates a ball joint by exp(step) in its own frame, which avoids gimbal lock, and ``moved`` is the sum of
+the steps since the previous frame. The second term is a prior on the motion between frames. It hardly affects what
+the markers determine, and holds still what they do not: a part whose marker is lost, or the axial rotation of a
+straight arm.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
 
 TURN_PACE, SLIDE_PACE_M = 0.35, 0.1
-"""How far a joint turns (radians) and a free part goes in one frame, as a standard deviation."""
+"""Prior standard deviation of joint rotation (radians) and of the translation of free parts (metres) per frame."""
 
-AT_FIRST = 100.0
-"""How many times further from the static pose the first frame may be."""
+FIRST_FRAME_FACTOR = 100.0
+"""Factor on these standard deviations for the first frame, which is relative to the static pose."""
 
 STEPS = 60
 SMALL = 1e-7
-"""Steps of a frame at most, and the step (radians, metres) that ends them."""
+"""Maximum number of steps per frame, and the step size (radians, metres) at which to stop."""
 
 
-def _freedoms() -> tuple[Integers, Integers, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Return the part and axis of each freedom (D,), whether it slides (D,), and which parts it moves (D, P)."""
+def _degrees_of_freedom() -> tuple[Integers, Integers, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Return, per degree of freedom: part (D,), axis (D,), whether it is a translation (D,), moved parts (D, P)."""
     axes = {FREE: (0, 1, 2), BALL: (0, 1, 2), HINGE_X: (0,), HINGE_Z: (2,), UPRIGHT: ()}
     freedoms = [(part, axis, False) for part, kind in enumerate(KINDS) for axis in axes[kind]]
     freedoms += [(part, axis, True) for part, kind in enumerate(KINDS) if kind == FREE for axis in range(3)]
@@ -46,26 +47,30 @@ def _freedoms() -> tuple[Integers, Integers, npt.NDArray[np.bool_], npt.NDArray[
     return np.array(parts), np.array(chosen), np.array(sliding), moves
 
 
-PART, AXIS, SLIDES, MOVES = _freedoms()
+PART, AXIS, SLIDES, MOVES = _degrees_of_freedom()
 PACE: Floats = np.where(SLIDES, SLIDE_PACE_M, TURN_PACE)
 
 
 ELBOWS: Integers = np.array([p for p, kind in enumerate(KINDS) if kind == HINGE_X and KINDS[PARENTS[p]] == BALL])
 
-BACKWARD = np.radians(5.0)
-"""How far an elbow bends backward. Further, it is an arm turned by half a turn about itself: three markers, of the
-trunk, elbow and hand, lie in one plane both ways."""
+MOST_BACKWARD = np.radians(5.0)
+"""Largest hyperextension of an elbow. Beyond it, the solution is an arm rotated by half a turn about its axis: the
+markers on trunk, elbow and hand lie in one plane either way."""
 
 
-START = np.radians(-60.0)
-"""Bend of the elbows from which the first frame is sought: that of a straight arm leaves open which way it turns."""
+START_BEND = np.radians(-60.0)
+"""Initial flexion of the elbows in the first frame; a straight arm would leave its axial rotation undetermined."""
 
 
 class Poses(NamedTuple):
-    """Solved frames: orientation (T, P, 3, 3) and place (T, P, 3) of every part in the world, and the misfit (T,).
+    """The solution for all frames.
 
-    The misfit is the root mean square distance in metres of the rigid markers from where the pose puts them; NaN
-    where none is seen. ``steps`` (T,) counts the steps taken.
+    Attributes
+    ----------
+    turns : (T, P, 3, 3) orientation of each part in the world.
+    places_m : (T, P, 3) position of each part in the world, metres.
+    misfit_m : (T,) RMS distance of the rigid markers from their modelled positions, metres; NaN if none is seen.
+    steps : (T,) number of steps taken.
     """
 
     turns: Floats
@@ -77,7 +82,7 @@ class Poses(NamedTuple):
 def solve(model: BodyModel, seen_m: Floats) -> Poses:
     """Return the poses of ``model`` for markers ``seen_m`` (T, M, 3) in metres, NaN where lost."""
     weight = 1.0 / body_model.TOLERANCES_M
-    seen_m = np.where(np.isnan(model.marker_places_m), np.nan, seen_m)  # what is not worn is not seen
+    seen_m = np.where(np.isnan(model.marker_places_m), np.nan, seen_m)  # ignore markers that are not in the model
     turns, places, steps = _solve(
         model.offsets_m, model.marker_places_m, weight, np.ascontiguousarray(seen_m),
         PARENTS, KINDS, body_model.MARKER_PART, PART, AXIS, SLIDES, MOVES, PACE, ELBOWS,
@@ -92,7 +97,7 @@ def solve(model: BodyModel, seen_m: Floats) -> Poses:
 
 @njit
 def _place(turn, slide, offsets, parents, kinds, turns, places):  # type: ignore[no-untyped-def]
-    """Put every part into the world: fill ``turns`` (P, 3, 3) and ``places`` (P, 3) from the joints' own."""
+    """Forward kinematics: fill ``turns`` (P, 3, 3) and ``places`` (P, 3) in the world from the local joint states."""
     for part in range(len(parents)):
         parent = parents[part]
         if parent < 0:
@@ -145,7 +150,7 @@ def _step(turn, slide, step, part, axis, slides):  # type: ignore[no-untyped-def
 
 @njit
 def _residuals(turns, places, marker_part, marker_place, weight, seen, residual):  # type: ignore[no-untyped-def]
-    """Fill ``residual`` (M, 3), weighted, zero where a marker is lost; return the sum of its squares."""
+    """Fill the weighted ``residual`` (M, 3), zero for lost markers; return its sum of squares."""
     total = 0.0
     for m in range(len(marker_part)):
         p = marker_part[m]
@@ -163,7 +168,7 @@ def _residuals(turns, places, marker_part, marker_place, weight, seen, residual)
 
 @njit
 def _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis, slides, moves, jacobian):  # type: ignore[no-untyped-def]
-    """Fill ``jacobian`` (M, 3, D): by how much a step in each freedom moves each weighted residual."""
+    """Fill ``jacobian`` (M, 3, D), the derivative of each weighted residual by each degree of freedom."""
     jacobian[:] = 0.0
     for m in range(len(marker_part)):
         if np.isnan(seen[m, 0]):
@@ -190,7 +195,7 @@ def _jacobian(turns, places, marker_part, marker_place, weight, seen, part, axis
 
 @njit
 def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: ignore[no-untyped-def]
-    """Fill ``square`` (D, D) with J^T J, its lower half, and ``gradient`` (D,) with J^T r."""
+    """Fill the lower triangle of ``square`` (D, D) with J^T J, and ``gradient`` (D,) with J^T r."""
     n = len(gradient)
     square[:] = 0.0
     gradient[:] = 0.0
@@ -208,7 +213,7 @@ def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: 
 
 @njit
 def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-def]
-    """Fill ``solution`` (D,) of square x = right; only the lower half of the positive definite square is read."""
+    """Solve square x = right into ``solution`` (D,), reading the lower triangle of the positive definite square."""
     n = len(right)
     for i in range(n):
         for j in range(i + 1):
@@ -232,7 +237,7 @@ def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-
 def _minimise(  # type: ignore[no-untyped-def]
     turn, slide, hold, seen, offsets, marker_place, weight, parents, kinds, marker_part, part, axis, slides, moves
 ):
-    """Move the joints, ``turn`` (P, 3, 3) and ``slide`` (P, 3), to the least cost; return the number of steps."""
+    """Minimise the cost over the joint states ``turn`` (P, 3, 3) and ``slide`` (P, 3); return the number of steps."""
     n = len(part)
     turns, places = np.empty((len(parents), 3, 3)), np.empty((len(parents), 3))
     residual, jacobian = np.empty((len(marker_part), 3)), np.empty((len(marker_part), 3, n))
@@ -272,36 +277,36 @@ def _minimise(  # type: ignore[no-untyped-def]
 
 
 @njit
-def _turn_over(turn, elbows, parents):  # type: ignore[no-untyped-def]
-    """Turn each arm by half a turn whose elbow is bent backward, and bend it forward; say whether any was."""
-    any_was = False
+def _flip_backward_elbows(turn, elbows, parents):  # type: ignore[no-untyped-def]
+    """Rotate each arm with a hyperextended elbow by half a turn and flex it forward; return whether there was any."""
+    flipped = False
     for p in elbows:
         bend = np.arctan2(turn[p, 2, 1], turn[p, 1, 1])
-        if bend > BACKWARD:
+        if bend > MOST_BACKWARD:
             _turn_by(turn[parents[p]], np.array([0.0, np.pi, 0.0]))
             _turn_by(turn[p], np.array([-2.0 * bend, 0.0, 0.0]))
-            any_was = True
-    return any_was
+            flipped = True
+    return flipped
 
 
 @njit
 def _solve(  # type: ignore[no-untyped-def]
     offsets, marker_place, weight, seen, parents, kinds, marker_part, part, axis, slides, moves, pace, elbows
 ):
-    """Return orientation (T, P, 3, 3), place (T, P, 3) and number of steps (T,) of all frames."""
+    """Return orientations (T, P, 3, 3), positions (T, P, 3) and numbers of steps (T,) for all frames."""
     n_parts = len(parents)
     turn, slide = np.zeros((n_parts, 3, 3)), offsets.copy()
     for p in range(n_parts):
         for i in range(3):
             turn[p, i, i] = 1.0
     for p in elbows:
-        _turn_by(turn[p], np.array([START, 0.0, 0.0]))
+        _turn_by(turn[p], np.array([START_BEND, 0.0, 0.0]))
     turns, places = np.empty((len(seen), n_parts, 3, 3)), np.empty((len(seen), n_parts, 3))
     counts = np.zeros(len(seen), dtype=np.int64)
     for t in range(len(seen)):
-        hold = 1.0 / (pace * (AT_FIRST if t == 0 else 1.0)) ** 2
+        hold = 1.0 / (pace * (FIRST_FRAME_FACTOR if t == 0 else 1.0)) ** 2
         for again in range(2):
-            if again and not _turn_over(turn, elbows, parents):
+            if again and not _flip_backward_elbows(turn, elbows, parents):
                 break
             counts[t] += _minimise(
                 turn, slide, hold, seen[t], offsets, marker_place, weight, parents, kinds, marker_part, part, axis,

@@ -1,9 +1,9 @@
-"""Functional calibration: where the joints turn, found from how the markers move in a range-of-motion take.
+"""Functional calibration: joint centres estimated from the motion of markers in a range-of-motion take.
 
-The thorax carries four markers and is aligned frame by frame as a rigid body (Kabsch 1976). A marker that sits on the
-upper arm then moves, in the frame of the thorax, on a sphere about the centre of the shoulder: its centre is found in
-one step from the linear equations of the sphere (Pratt's normal form without weights), and refined by Gauss-Newton
-on the distances, which makes it the most likely one under white noise.
+The thorax carries four markers and is aligned as a rigid body in each frame (Kabsch 1976). In the frame of the
+thorax, a marker on the upper arm moves on a sphere about the centre of the shoulder. The centre is initialised by the
+linear equations of the sphere (unweighted Pratt form) and refined by Gauss-Newton on the distances, which gives the
+maximum likelihood estimate under white noise.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from cospeech.errors import UserError
 STEPS = 50
 WORST_CONDITION = 1e7
 UNSURE_M = 0.005
-"""Standard error of a joint centre beyond which the take does not determine it."""
+"""Largest standard error of a joint centre that the take is considered to determine."""
 
 SHORTEST_ARM_M = 0.1
-"""Shortest upper arm there is: noise about one spot is a good sphere, but a small one."""
+"""Minimum length of an upper arm: noise around one position fits a small sphere well."""
 
 
 class Sphere(NamedTuple):
-    """A sphere through points: centre (3,), radius, and the standard error of the centre, in metres."""
+    """A fitted sphere: centre (3,), radius, and the standard error of the centre, in metres."""
 
     centre_m: Floats
     radius_m: float
     error_m: float
 
 
-def within(rotations: Floats, shifts_m: Floats, places_m: Floats) -> Floats:
-    """Return places (T, 3) of the world in the moving frame of rotations (T, 3, 3) and shifts (T, 3)."""
+def to_local(rotations: Floats, shifts_m: Floats, places_m: Floats) -> Floats:
+    """Return world positions (T, 3) in the moving frame given by rotations (T, 3, 3) and translations (T, 3)."""
     return np.einsum("tji,tj->ti", rotations, places_m - shifts_m)
 
 
-def sphere(points_m: Floats) -> Sphere:
-    """Return the sphere through ``points_m`` (N, 3); rows with NaN are left out.
+def fit_sphere(points_m: Floats) -> Sphere:
+    """Return the sphere fitted to ``points_m`` (N, 3); rows with NaN are ignored.
 
-    The standard error is that of the centre in its least sure direction, from the residuals; infinite where the
-    points do not determine a sphere (fewer than five, or all in one plane).
+    The standard error of the centre is that in its least certain direction, estimated from the residuals. It is
+    infinite if the points do not determine a sphere (fewer than five, or all in one plane).
     """
     points = points_m[~np.any(np.isnan(points_m), axis=1)]
     if len(points) < 5:
@@ -66,18 +66,18 @@ def sphere(points_m: Floats) -> Sphere:
     return Sphere(centre + middle, radius, float(np.sqrt(np.linalg.eigvalsh(variance[:3, :3])[-1])))
 
 
-def shoulder(side: str, elbow_m: Floats, thorax: tuple[Floats, Floats]) -> Sphere:
-    """Return the sphere of the elbow marker (T, 3) about the shoulder, in the frame of the thorax.
+def shoulder_centre(side: str, elbow_m: Floats, thorax: tuple[Floats, Floats]) -> Sphere:
+    """Return the sphere on which the elbow marker (T, 3) moves about the shoulder, in the frame of the thorax.
 
     Raises
     ------
-    UserError : where the arm moves too little to tell the centre.
+    UserError : if the arm moves too little to determine the centre.
     """
-    found = sphere(within(*thorax, elbow_m))
+    found = fit_sphere(to_local(*thorax, elbow_m))
     if found.error_m > UNSURE_M or found.radius_m < SHORTEST_ARM_M:
         raise UserError(
-            f"joint centres: the range-of-motion take moves the {side} arm too little to find its shoulder (radius "
-            f"{found.radius_m * 1000:.0f} mm, standard error {found.error_m * 1000:.1f} mm, at most "
-            f"{UNSURE_M * 1000:.0f}); circle both arms widely"
+            f"joint centres: the {side} arm moves too little in the range-of-motion take to locate the shoulder "
+            f"(radius {found.radius_m * 1000:.0f} mm, standard error {found.error_m * 1000:.1f} mm, at most "
+            f"{UNSURE_M * 1000:.0f} mm allowed); record the take again with wide circles of both arms"
         )
     return found

@@ -1,9 +1,10 @@
-"""From solved poses to the motion table: what the markers tell goes into joint angles, the rest stays at zero.
+"""From solved poses to the motion table; joint angles that the markers do not determine are zero.
 
-The trunk is seen as one: thorax markers cannot say how hips, spine and chest share its rotation, so all of it stands
-at the chest, with hips and spine at zero. Likewise the head's rotation relative to the chest stands at the head, with
-the neck at zero. The displacement of the root is that of the chest from its place in the static pose, in metres of
-the subject, so that the body of ``skeleton.BODY`` moves as far as the subject did, whatever the subject's size.
+The trunk is one rigid part: thorax markers cannot say how hips, spine and chest share its rotation, so all of it is
+assigned to the chest, with hips and spine at zero. Likewise, the rotation of the head relative to the chest is
+assigned to the head, with the neck at zero. The root displacement is that of the chest from its position in the
+static pose. It is not scaled, so the body of ``skeleton.BODY`` moves as far as the subject did, whatever the
+subject's size.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import numpy as np
 import pandas as pd
 
 from cospeech.capture.fitting.body_model import NAMES, THORAX, BodyModel, body_model
-from cospeech.capture.fitting.elbows import refined
-from cospeech.capture.fitting.gaps import bridged
+from cospeech.capture.fitting.elbows import refine_elbows
+from cospeech.capture.fitting.gaps import bridge_gaps
 from cospeech.capture.fitting.inverse_kinematics import Poses, solve
 from cospeech.capture.fitting.observability import observability
 from cospeech.data import trajectories
@@ -24,7 +25,7 @@ from cospeech.motion import markers, skeleton
 
 
 class Fit(NamedTuple):
-    """A motion table, the table ``observability``, and one line on how well the body model explains the markers."""
+    """The motion table, the table ``observability``, and a log line on how well the body model fits the markers."""
 
     motion: pd.DataFrame
     observability: pd.DataFrame
@@ -36,35 +37,39 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
 
     Parameters
     ----------
-    take : ``markers_3d`` table of the actor's range-of-motion take, which begins with ``static_s`` of static pose.
+    take : ``markers_3d`` table of the actor's range-of-motion take.
     record : ``markers_3d`` table of the record.
+    static_s : duration of the static pose at the start of the take, seconds.
 
     Raises
     ------
-    UserError : where the take determines no body model.
+    UserError : if the take does not determine the body model.
     """
-    model = subject(take, static_s)
+    model = fit_body_model(take, static_s)
     seen = trajectories.to_array(record, markers.NAMES)
     worn = [index for index in THORAX if not np.isnan(model.marker_places_m[index, 0])]
-    poses = solve(model, bridged(seen, align(model.marker_places_m[worn], seen[:, worn])))
+    poses = solve(model, bridge_gaps(seen, align(model.marker_places_m[worn], seen[:, worn])))
     moved = motion(model, poses, trajectories.frame_rate(record))
     error, misfit = 1000.0 * max(model.shoulder_errors_m), 1000.0 * np.nanmedian(poses.misfit_m)
-    line = f"shoulders known to {error:.2f} mm, median misfit {misfit:.2f} mm, {poses.steps.mean():.1f} steps a frame"
+    line = (
+        f"standard error of the shoulders {error:.2f} mm, median misfit {misfit:.2f} mm, "
+        f"{poses.steps.mean():.1f} steps per frame"
+    )
     return Fit(moved, observability(model.marker_places_m, seen, moved), line)
 
 
-def subject(take: pd.DataFrame, static_s: float) -> BodyModel:
-    """Return the body model of a range-of-motion take (a ``markers_3d`` table) that begins with the static pose.
+def fit_body_model(take: pd.DataFrame, static_s: float) -> BodyModel:
+    """Return the body model from a range-of-motion take (a ``markers_3d`` table) that begins with the static pose.
 
-    What was predicted, not seen, does not count: it says what the tracker believes, not where joints are.
+    Predicted positions are ignored: they reflect the motion model of the tracker, not the body.
 
     Raises
     ------
-    UserError : where the take determines no body model.
+    UserError : if the take does not determine the body model.
     """
     seen = take[trajectories.AXES].where(take["status"].isin(trajectories.SEEN))
     places = trajectories.to_array(take.assign(**seen), markers.NAMES)
-    return refined(body_model(places, trajectories.frame_rate(take), static_s), places)
+    return refine_elbows(body_model(places, trajectories.frame_rate(take), static_s), places)
 
 
 def motion(model: BodyModel, poses: Poses, fps: float) -> pd.DataFrame:

@@ -1,7 +1,7 @@
-"""The static pose: upright, arms hanging straight, palms to the thighs, facing +z, at the start of a take.
+"""The static pose at the start of a take: upright, arms hanging straight, palms to the thighs, facing +z.
 
-It is the pose of all angles zero. The joints' axes are those of the world in it, so that every marker's place there
-is its place in the frame of its body part, once the joint centres are known.
+It is the pose in which all joint angles are zero and the joint axes are parallel to the world axes. Once the joint
+centres are known, a marker's position in this pose therefore gives its position in the frame of its body part.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 
 STILL_M = 0.015
-"""How far a marker may stray (root mean square) from its mean place while the actor stands still."""
+"""Largest RMS deviation of a marker from its mean position while the actor stands still."""
 
 
 def static_pose(
-    places_m: Floats, names: Sequence[str], fps: float, seconds: float, spare: Collection[str] = ()
+    places_m: Floats, names: Sequence[str], fps: float, seconds: float, optional: Collection[str] = ()
 ) -> Floats:
-    """Return the mean places (M, 3) of the markers over the first ``seconds`` of a take, places (T, M, 3).
+    """Return the mean positions (M, 3) of the markers over the first ``seconds`` of a take ``places_m`` (T, M, 3).
 
-    A marker of ``spare`` that is never seen in that time is NaN.
+    An ``optional`` marker that is not seen in that time is NaN.
 
     Raises
     ------
-    UserError : where any other marker is never seen in that time, or the actor moves.
+    UserError : if any other marker is not seen in that time, or if the actor moves.
     """
     still = places_m[: max(1, round(seconds * fps))]
     seen = ~np.any(np.isnan(still), axis=2)
     for index, name in enumerate(names):
-        if name not in spare and not seen[:, index].any():
+        if name not in optional and not seen[:, index].any():
             raise UserError(
                 f"static pose: marker '{name}' is not seen in the first {seconds:g} s of the range-of-motion take; "
                 "begin the take with the static pose in view of the cameras"
@@ -43,6 +43,6 @@ def static_pose(
     if stray[worst] > STILL_M:
         raise UserError(
             f"static pose: marker '{names[worst]}' moves by {stray[worst] * 1000:.0f} mm in the first {seconds:g} s "
-            "of the range-of-motion take; stand still there, or shorten capture.static_s"
+            "of the range-of-motion take; record it again standing still, or shorten capture.static_s"
         )
     return middle

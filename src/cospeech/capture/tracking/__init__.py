@@ -1,1 +1,1 @@
-"""From films to markers in every view and in space."""
+"""Tracking: from films to marker positions in every view and in 3D."""

@@ -1,4 +1,4 @@
-"""Coloured blobs in a part of a picture: shares of one colour, connected components, their centroids."""
+"""Coloured blobs in a region of an image: fractions of a colour, connected components and their centroids."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Box = tuple[int, int, int, int]
 
 @njit
 def shares(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats) -> Floats:
-    """Return how much of one colour each pixel of ``box`` (left, top, right, bottom) shows; 1 is full, in full light.
+    """Return the fraction of one colour in each pixel of ``box`` (left, top, right, bottom); 1 is pure and fully lit.
 
-    ``across`` and ``share`` are those of a ``colour.Mixer``. The box lies inside the picture.
+    ``across`` and ``share`` are those of a ``colour.Unmixer``. The box must lie inside the image.
     """
     left, top, right, bottom = box
     amount = np.empty((bottom - top, right - left))
@@ -34,9 +34,9 @@ def _share(y: Plane, cb: Plane, cr: Plane, row: int, column: int, across: Floats
 
 @njit
 def label(amount: Floats, least: float) -> tuple[npt.NDArray[np.int32], int]:
-    """Return the number of each pixel's blob, from 1, and how many there are: 4-neighbours of ``least`` or more.
+    """Label the 4-connected components of pixels of at least ``least``; return the labels and the number of blobs.
 
-    Pixels below are 0. Blobs are numbered in reading order of their first pixel.
+    Labels count from 1, in reading order of the first pixel of each blob; pixels below ``least`` are 0.
     """
     height, width = amount.shape
     blob = np.zeros((height, width), dtype=np.int32)
@@ -65,11 +65,11 @@ def label(amount: Floats, least: float) -> tuple[npt.NDArray[np.int32], int]:
 
 @njit
 def find(y: Plane, cb: Plane, cr: Plane, box: Box, across: Floats, share: Floats, least: float, step: int) -> Floats:
-    """Return the blobs (n, 3) of one colour that reach into ``box``: x and y of the centroid, and the pixels.
+    """Return the blobs (n, 3) of one colour in ``box``: x and y of the centroid, and the number of pixels.
 
-    A blob is what hangs together in ``box`` by 4-neighbours with a share of ``least`` or more; its centroid is
-    weighted with the shares. Blobs are sought at every ``step``-th pixel of every ``step``-th row, in reading order:
-    one that is narrower may be missed.
+    A blob is a 4-connected component within ``box`` of pixels whose colour fraction is at least ``least``; its
+    centroid is weighted by these fractions. Only every ``step``-th pixel of every ``step``-th row is tested as a
+    seed, so narrower blobs may be missed.
     """
     left, top, right, bottom = box
     width, height = right - left, bottom - top

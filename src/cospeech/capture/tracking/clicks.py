@@ -1,6 +1,6 @@
-"""The files that a person fills: clicks on the markers of the first frame, and corrections of any frame.
+"""Manual input: files of clicks on the markers in the first frame, and of corrections in any frame.
 
-Both are CSV with the columns frame, camera, marker, x_px, y_px.
+Both are CSV files with the columns frame, camera, marker, x_px, y_px.
 """
 
 from __future__ import annotations
@@ -23,15 +23,17 @@ def read(path: str | Path, cameras: Sequence[Camera], n_frames: int) -> pd.DataF
 
     Raises
     ------
-    UserError : where the file is missing or no such table, or a row names no frame, camera or marker of the take,
-        lies outside its picture, or repeats another.
+    UserError : if the file is missing or is not such a table, or if a row names an unknown frame, camera or marker,
+        lies outside the image, or repeats another row.
     """
     try:
         table = pd.read_csv(path, comment="#", dtype={"camera": str, "marker": str})
     except FileNotFoundError as error:
-        raise UserError(f"{path}: no such file; make it, or leave it out of the config") from error
+        raise UserError(f"{path}: no such file; create it, or remove it from the configuration") from error
     except (ValueError, pd.errors.ParserError) as error:
-        raise UserError(f"{path}: no table of clicks ({str(error).splitlines()[0]})") from error
+        raise UserError(
+            f"{path}: not a CSV table ({str(error).splitlines()[0]}); the columns are {', '.join(COLUMNS)}"
+        ) from error
     missing = [name for name in COLUMNS if name not in table.columns]
     if missing:
         raise UserError(f"{path}: column {missing[0]} is missing; the columns are {', '.join(COLUMNS)}")
@@ -45,13 +47,15 @@ def read(path: str | Path, cameras: Sequence[Camera], n_frames: int) -> pd.DataF
         if marker not in NAMES:
             raise UserError(f"{where}: no marker '{marker}'; the markers are {', '.join(NAMES)}")
         if not (0 <= frame < n_frames and frame == np.floor(frame)):
-            raise UserError(f"{where}: frame {frame:g} is none of the take's; they are 0 to {n_frames - 1}")
+            raise UserError(f"{where}: no frame {frame:g}; the frames of the take are 0 to {n_frames - 1}")
         width, height = sizes[camera]
         if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
-            raise UserError(f"{where}: ({x:g}, {y:g}) lies outside the picture of {width}x{height}; click it anew")
+            raise UserError(f"{where}: ({x:g}, {y:g}) lies outside the {width}x{height} image; click again")
     if table.duplicated(["frame", "camera", "marker"]).any():
         row = int(np.flatnonzero(table.duplicated(["frame", "camera", "marker"]))[0]) + 2
-        raise UserError(f"{path}: line {row} repeats a marker of an earlier line; keep one of them")
+        raise UserError(
+            f"{path}: line {row} repeats an earlier line (same frame, camera, marker); remove one of them"
+        )
     return table[COLUMNS].astype({"frame": int})
 
 

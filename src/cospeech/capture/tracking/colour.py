@@ -1,8 +1,9 @@
-"""How much of a marker's colour a pixel shows, in Y, Cb, Cr, with the colour of skin taken out (Özkul 2012, 2.3).
+"""Colour unmixing: the fraction of a marker's colour in a pixel in Y, Cb, Cr, separated from skin (Özkul 2012, 2.3).
 
-A pixel at the edge of a disc mixes the disc with what is beside it. What is seen is dark suit, skin, white, and red
-or green: the shares of white, skin and red (or green) in a pixel follow from its light and two chromas by a linear
-system, whatever the light on them. Red and green lie on opposite sides of skin, which says which of the two it is.
+A pixel at the edge of a disc mixes the disc with its surroundings. The scene consists of dark suit, skin, white, and
+red or green. The fractions of white, skin and red (or green) in a pixel are the solution of a linear system in its
+luma and two chroma values, whatever the illumination. Red and green lie on opposite sides of skin in the chroma
+plane, which decides between them.
 """
 
 from __future__ import annotations
@@ -17,17 +18,22 @@ from cospeech.data.arrays import Floats
 from cospeech.motion.markers import COLOURS
 
 SKIN = (226, 190, 164)
-"""Red, green and blue of skin before any is seen."""
+"""Red, green and blue of skin, used until the actor's own is estimated."""
 
 SKIN_TURN_DEG = 20.0
-"""How far the chroma of the actor's skin may lie from that of ``SKIN``."""
+"""Largest angle in the chroma plane between the actor's skin and ``SKIN``."""
 
 FEWEST_SKIN_PIXELS = 50
 
 
-class Mixer(NamedTuple):
-    """One colour: ``across`` (2,), the chroma axis on which skin is 0; ``share`` (2, 3), the weights of Y, Cb - 128
-    and Cr - 128 where that axis is negative (toward green) and where it is positive (toward red).
+class Unmixer(NamedTuple):
+    """Unmixing of one colour.
+
+    Attributes
+    ----------
+    across : (2,) the chroma axis on which skin is 0.
+    share : (2, 3) the weights of Y, Cb - 128 and Cr - 128 that give the fraction of the colour, where the coordinate
+        on that axis is negative (towards green) and where it is positive (towards red).
     """
 
     across: Floats
@@ -35,15 +41,15 @@ class Mixer(NamedTuple):
 
 
 def chroma(rgb: npt.ArrayLike) -> Floats:
-    """Return Y, Cb - 128, Cr - 128 (..., 3) of red, green, blue (..., 3), full range (JFIF 1.02)."""
+    """Return full-range Y, Cb - 128, Cr - 128 (..., 3) of red, green, blue (..., 3) (JFIF 1.02)."""
     matrix = np.array(
         [[0.299, 0.587, 0.114], [-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]],
     )
     return np.asarray(rgb, dtype=float) @ matrix.T
 
 
-def mixers(skin: Floats) -> dict[str, Mixer]:
-    """Return the mixer of every marker colour, given the skin (3,) as Y, Cb - 128, Cr - 128."""
+def unmixers(skin: Floats) -> dict[str, Unmixer]:
+    """Return the unmixer of each marker colour, given the colour of the skin (3,) as Y, Cb - 128, Cr - 128."""
     white = chroma(COLOURS["white"]) * [1.0, 0.0, 0.0]  # neutral, so that it lies on neither side
     red, green = chroma(COLOURS["red"]), chroma(COLOURS["green"])
     across = np.array([-skin[2], skin[1]])
@@ -52,16 +58,16 @@ def mixers(skin: Floats) -> dict[str, Mixer]:
     to_red = np.linalg.inv(np.column_stack([white, skin, red]))
     none = np.zeros(3)
     return {
-        "white": Mixer(across, np.stack([to_green[0], to_red[0]])),
-        "red": Mixer(across, np.stack([none, to_red[2]])),
-        "green": Mixer(across, np.stack([to_green[2], none])),
+        "white": Unmixer(across, np.stack([to_green[0], to_red[0]])),
+        "red": Unmixer(across, np.stack([none, to_red[2]])),
+        "green": Unmixer(across, np.stack([to_green[2], none])),
     }
 
 
-def skin(pictures: list[Planes], widths: list[int]) -> Floats:
-    """Return the skin (3,) as Y, Cb - 128, Cr - 128 that pictures of an actor show, or ``SKIN`` where they show none.
+def estimate_skin(pictures: list[Planes], widths: list[int]) -> Floats:
+    """Return the colour of the actor's skin (3,) as Y, Cb - 128, Cr - 128, or of ``SKIN`` if the images show none.
 
-    Skin is sought around the expected chroma; the median of what is found there is the actor's own.
+    The estimate is the median of the pixels whose chroma is close to that of ``SKIN``.
     """
     expected = chroma(SKIN)
     found = []

@@ -1,13 +1,13 @@
-"""The centre of a marker's disc, whole or partly hidden.
+"""Centre of a marker's disc, fully visible or partly occluded.
 
-A disc that is wholly seen is centred by its pixels' mean, each weighted with how far it is covered. A disc that
-something hides in part is fitted to its known radius: pairs of points on its outline propose centres, the centre with
-the most outline on its circle wins, and Gauss-Newton with Tukey's weights settles it. What hides a disc cuts into it,
-so no outline lies outside the circle.
+The centre of a fully visible disc is the mean of its pixels, weighted by their coverage. A partly occluded disc is
+fitted by a circle of known radius: pairs of points on its outline propose centres, the centre with the most outline
+points on its circle wins, and Gauss-Newton with Tukey weights refines it. Occlusion only cuts into a disc, so no
+outline may lie outside the circle.
 
-The outline is where the colour falls to half of what whole discs show, and as far from the centre as theirs. Half of
-what is left of a disc would not do: its middle, which is brightest, may be hidden, and the outline would move
-outwards by a third of a pixel and more.
+The outline is the contour at half the colour level of fully visible discs, and its radius is theirs. Half the level
+of the visible part would be wrong: if the centre of the disc, which is brightest, is hidden, the outline would move
+outwards by a third of a pixel or more.
 """
 
 from __future__ import annotations
@@ -20,47 +20,48 @@ from cospeech.data.arrays import Floats
 from cospeech.kernels.jit import njit
 
 FAINTEST = 0.15
-"""Least share of a marker's colour, in full light, that is no noise."""
+"""Minimum fraction of a marker's colour (1 is fully lit) to stand out from noise."""
 
 ON_CIRCLE_PX = 0.5
-"""An outline point this near to the circle lies on it."""
+"""Largest distance from the circle at which an outline point counts as lying on it."""
 
 UNKNOWN = (0.0, 0.12)
-"""What is usual of whole discs before any was seen: no light is known, and blur draws the outline inwards."""
+"""Reference (see ``measure``) until a whole disc is seen: unknown level, and an outline drawn inwards by blur."""
 
 DIMMEST = 1.5
-"""Most that whole discs are taken to be brighter than this one; where they are, it lies in the shade."""
+"""Largest assumed ratio of the level of whole discs to that of an occluded one; beyond it, the disc is in shade."""
 
 WHOLE = (0.97, 1.08)
-"""Area of a whole disc, in areas of its outline."""
+"""Range of the area of a whole disc, relative to that of the expected outline."""
 
 ROUND = 1.15
-"""Most ratio of the two second moments of a whole disc."""
+"""Largest ratio of the principal second moments of a whole disc."""
 
 LEAST_ARC = 0.27
-"""Least share of a circle's outline that fixes its centre."""
+"""Minimum visible fraction of a circle's outline that determines its centre."""
 
 WELL_SEEN = 0.6
-"""A disc with this share of its outline in view is centred nearly as well as a whole one."""
+"""Visible fraction of the outline from which a disc is centred nearly as precisely as a whole one."""
 
 FEWEST_PIXELS = 6
 
 PROPOSERS = 12
-"""Outline points whose pairs propose centres."""
+"""Number of outline points whose pairs propose centres."""
 
 
 LOWEST, HIGHEST, BINS = -0.5, 1.5, 400
-"""The histogram of shares."""
+"""Range and number of bins of the histogram of colour fractions."""
 
 STRAY_COST = 1.5
-"""Outline points that a proposed centre must win for each pixel that it lies off the expected one."""
+"""Penalty of a proposed centre, in outline points, per pixel of distance from the expected centre."""
 
 
 @njit
 def _levels(amount: Floats, radius: float) -> tuple[float, float]:
-    """Return the share of the colour beside the disc and inside it: the medians of the dark and the light pixels.
+    """Return the colour level around and inside the disc: the medians of the dark and of the bright pixels.
 
-    What a fifth of the disc's area reaches tells the two apart. All are read off a histogram.
+    The two are separated by thresholds relative to the level that a fifth of the disc's area exceeds. All levels are
+    read from a histogram.
     """
     count = np.zeros(BINS, dtype=np.int64)
     for row in range(amount.shape[0]):
@@ -79,7 +80,7 @@ def _levels(amount: Floats, radius: float) -> tuple[float, float]:
 
 @njit
 def _median(count: npt.NDArray[np.int64], first: int, end: int) -> float:
-    """Return the median of what a histogram of shares holds from bin ``first`` to before ``end``."""
+    """Return the median of a histogram of colour fractions over the bins ``first`` to ``end`` (exclusive)."""
     half, below = np.sum(count[first:end]) / 2.0, 0.0
     for place in range(first, end):
         if count[place] > 0 and below + count[place] >= half:
@@ -90,7 +91,7 @@ def _median(count: npt.NDArray[np.int64], first: int, end: int) -> float:
 
 @njit
 def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius: float) -> int:
-    """Return the number of the blob that covers most of the expected disc, near pixels counting more; 0 for none."""
+    """Return the label of the blob that best covers the expected disc (close pixels weigh more), or 0 for none."""
     score = np.zeros(count + 1)
     for row in range(blob.shape[0]):
         for column in range(blob.shape[1]):
@@ -102,7 +103,7 @@ def _choose(blob: npt.NDArray[np.int32], count: int, x: float, y: float, radius:
 
 @njit
 def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: float) -> Floats:
-    """Return the points (n, 4) where a blob's share falls through ``half``: x, y, and the direction to its inside."""
+    """Return the outline (n, 4) of a blob at the level ``half``: x, y, and the direction to the inside."""
     height, width = amount.shape
     points = np.empty((2 * height * width, 4))
     n = 0
@@ -124,7 +125,10 @@ def _outline(amount: Floats, blob: npt.NDArray[np.int32], number: int, half: flo
 
 @njit
 def _support(points: Floats, x: float, y: float, radius: float, least: float) -> float:
-    """Return how many outline points lie on the circle, less those outside; below ``least`` it is not counted out."""
+    """Return the number of outline points on the circle, with a penalty for those outside it.
+
+    Counting stops early when the result can no longer reach ``least``.
+    """
     total, inner, outer = 0.0, max(0.0, radius - ON_CIRCLE_PX) ** 2, (radius + ON_CIRCLE_PX) ** 2
     for k in range(len(points)):
         if total + len(points) - k < least:
@@ -142,9 +146,9 @@ def _support(points: Floats, x: float, y: float, radius: float, least: float) ->
 def _propose(
     points: Floats, radius: float, x: float, y: float, reach: float, rival: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the best centre within ``reach`` of (x, y) that two outline points propose, the nearer of equal ones.
+    """Return the best centre within ``reach`` of (x, y) among those that pairs of outline points propose.
 
-    None counts that is the centre ``rival``, which may be NaN.
+    Centres close to ``rival``, which may be NaN, are skipped.
     """
     best, best_x, best_y = -np.inf, np.nan, np.nan
     step = max(1, len(points) // PROPOSERS)
@@ -170,7 +174,7 @@ def _propose(
 
 @njit
 def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, float, float]:
-    """Return the centre of the circle of known radius through the outline, and the share of its outline on it."""
+    """Refine the centre of a circle of known radius; return it, and the fraction of the circle covered by outline."""
     near = 0.0
     for _ in range(6):
         a, b, c, right_x, right_y, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -184,7 +188,7 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
             dx, dy = dx / distance, dy / distance
             a, b, c = a + weight * dx * dx, b + weight * dx * dy, c + weight * dy * dy
             right_x, right_y = right_x + weight * away * dx, right_y + weight * away * dy
-            near += weight * (abs(dx * points[k, 2]) + abs(dy * points[k, 3]))  # a crossing's length of outline
+            near += weight * (abs(dx * points[k, 2]) + abs(dy * points[k, 3]))  # length of outline per crossing
         determinant = a * c - b * b
         if determinant < 1e-6 * (a + c) ** 2 or near == 0.0:
             return np.nan, np.nan, 0.0
@@ -195,10 +199,10 @@ def _settle(points: Floats, radius: float, x: float, y: float) -> tuple[float, f
 
 @njit
 def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tuple[float, float, float]:
-    """Return the centre of the circle of known radius expected at (x, y), and the share of its outline in view.
+    """Return the centre of the circle of known radius expected at (x, y), and the visible fraction of its outline.
 
-    Where a disc has lost a narrow strip, its outline nearly fits a second circle, which has lost as much on the
-    other side. The two are told apart when both are settled.
+    If a narrow strip of a disc is occluded, its outline nearly fits a second circle that lacks a strip on the
+    opposite side. Both circles are refined before the better one is chosen.
     """
     best, best_x, best_y, best_arc = -np.inf, np.nan, np.nan, 0.0
     for _ in range(2):
@@ -218,9 +222,9 @@ def _fit(points: Floats, radius: float, x: float, y: float, reach: float) -> tup
 def _moments(
     amount: Floats, blob: npt.NDArray[np.int32], number: int, edge: float, contrast: float
 ) -> tuple[int, float, float, float, float]:
-    """Return a blob's pixels, its area, its centroid x and y, and the ratio of its second moments, 1 where round.
+    """Return number of pixels, area, centroid x and y, and ratio of principal second moments (1 if round) of a blob.
 
-    A pixel counts with how far it is covered; the outer half of the blob's edge belongs to it too.
+    Pixels are weighted by their coverage, including the adjacent pixels just outside the blob.
     """
     area, mean_x, mean_y, xx, xy, yy, pixels = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
     height, width = blob.shape
@@ -250,23 +254,23 @@ def _moments(
 def measure(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
     expected_x: float, expected_y: float, radius: float, reach: float, least: float,
-    usual: tuple[float, float] = UNKNOWN, whole: tuple[float, float] = WHOLE,
+    reference: tuple[float, float] = UNKNOWN, whole: tuple[float, float] = WHOLE,
 ) -> tuple[float, float, int, float, tuple[float, float]]:  # fmt: skip
-    """Return the pixel of a disc's centre, its pixels, how well it is seen, 1 whole, 0 not at all, and its ``usual``.
+    """Return x and y of a disc's centre, its number of pixels, its visible fraction and its reference.
+
+    The visible fraction is 1 for a whole disc and 0 for none. The centre is NaN if too little of the disc is visible.
 
     Parameters
     ----------
-    y, cb, cr, width : planes of the picture, and its width (rows of the decoder may be longer).
-    across, share : of the marker's ``colour.Mixer``.
-    expected_x, expected_y : where the disc is expected.
-    radius : of the disc, in pixels.
-    reach : how far the centre may be from where it is expected.
-    least : area, in areas of its outline, from which on a disc that is not whole is fitted; below, it is not seen.
-    usual : of whole discs here, the share of the colour that they show, and how far within its circle their outline
-        lies, pixels.
-    whole : areas of a whole disc, in areas of its outline; wider than blur alone where its depth is not known.
-
-    The pixel is NaN where too little of the disc is seen.
+    y, cb, cr, width : planes of the image, and its width (the rows of the decoder may be padded).
+    across, share : those of the marker's ``colour.Unmixer``.
+    expected_x, expected_y : expected centre.
+    radius : radius of the disc, pixels.
+    reach : largest distance of the centre from the expected one, pixels.
+    least : minimum visible area fraction at which an occluded disc is measured.
+    reference : colour level of whole discs in this view, and the distance in pixels by which their outline lies
+        inside their circle.
+    whole : range of the area of a whole disc, relative to the expected outline; wider if the depth is uncertain.
     """
     half_window = int(np.ceil(reach + radius + 2.0))
     left, top = max(0, int(expected_x) - half_window), max(0, int(expected_y) - half_window)
@@ -286,15 +290,15 @@ def measure(
     pixels, area, mean_x, mean_y, ratio = _moments(amount, blob, number, edge, level - ground)
     if pixels < FEWEST_PIXELS:
         return nothing
-    drawn = radius - usual[1]
+    drawn = radius - reference[1]
     shown = area / (np.pi * drawn * drawn)
     if whole[0] < shown < whole[1] and ratio < ROUND:
         near = np.hypot(left + mean_x - expected_x, top + mean_y - expected_y) <= reach
-        usual = level, radius - np.sqrt(area / np.pi)
-        return (left + mean_x, top + mean_y, pixels, 1.0, usual) if near else nothing
+        reference = level, radius - np.sqrt(area / np.pi)
+        return (left + mean_x, top + mean_y, pixels, 1.0, reference) if near else nothing
     if shown < least:
         return nothing
-    edge = (ground + min(max(level, usual[0]), DIMMEST * level)) / 2.0
+    edge = (ground + min(max(level, reference[0]), DIMMEST * level)) / 2.0
     blob, count = label(amount, edge)
     number = _choose(blob, count, expected_x - left, expected_y - top, radius)
     if number == 0:
@@ -303,4 +307,4 @@ def measure(
     u, v, arc = _fit(points, drawn, expected_x - left, expected_y - top, reach)
     if arc < LEAST_ARC or not np.hypot(left + u - expected_x, top + v - expected_y) <= reach:
         return nothing
-    return left + u, top + v, pixels, min(arc, 0.99), usual
+    return left + u, top + v, pixels, min(arc, 0.99), reference

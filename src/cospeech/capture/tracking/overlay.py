@@ -1,4 +1,4 @@
-"""Films with their markers drawn on them: rings in the colour of how each position came to be."""
+"""Films overlaid with the tracked markers: rings whose colour shows the status of each position."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ COLOURS: dict[str, Colour] = {
     "corrected": (220, 110, 255),
     "lost": (255, 70, 60),
 }
-"""Of a marker's ring, by its status in that view; a lost one stands where it was last known."""
+"""Colour of a marker's ring by its status in the view; a lost marker is drawn at its last known position."""
 
 GROUND, PALE = (24, 26, 30), (205, 209, 214)
 
 TILE_PX, MARGIN = 320, 0.08
-"""Height of a view, and what it shows around the markers, in spans of theirs."""
+"""Height of a tile, and the margin around the markers relative to their extent."""
 COLUMNS = 3
 
 CROP_PX = 200
 CROP_SHARE = 0.115
-"""Side of a crop's picture, in pixels of it and in widths of the film."""
+"""Side of a crop, in output pixels and as a fraction of the width of the film."""
 
 
 @functools.cache
 def ring(radius: float, width: float) -> Opacity:
-    """Return how much a ring of ``radius`` and line ``width``, in pixels, covers of each pixel of its square."""
+    """Return the opacity of a ring of ``radius`` and line ``width`` in pixels, over its bounding square."""
     half = int(np.ceil(radius + width))
     down, across = np.mgrid[-half : half + 1, -half : half + 1]
     off = np.abs(np.hypot(down, across) - radius)
@@ -50,21 +50,21 @@ def ring(radius: float, width: float) -> Opacity:
 
 @functools.cache
 def cross(size: int) -> Opacity:
-    """Return a cross whose arms are ``size`` pixels long."""
+    """Return the opacity of a cross whose arms are ``size`` pixels long."""
     plate = np.zeros((2 * size + 1, 2 * size + 1), dtype=np.float32)
     plate[size] = plate[:, size] = 1.0
     return plate
 
 
 def stamp(image: Image, place_px: Floats, shape: Opacity, colour: Colour) -> None:
-    """Lay a square ``shape`` of odd side on an image in place, its middle at x and y (2,); NaN is nowhere."""
+    """Draw a square ``shape`` of odd side on an image in place, centred at x and y (2,), unless they are NaN."""
     if np.isfinite(place_px).all():
         half = shape.shape[0] // 2
         canvas.lay(image, round(float(place_px[1])) - half, round(float(place_px[0])) - half, colour, shape)
 
 
 def as_arrays(views: pd.DataFrame, cameras: Sequence[Camera]) -> tuple[Floats, npt.NDArray[np.object_]]:
-    """Return positions (T, C, M, 2), of lost markers the nearest known in time, and status (T, C, M)."""
+    """Return positions (T, C, M, 2) and status (T, C, M); a lost marker has its nearest known position in time."""
     names = [camera.name for camera in cameras]
     n_frames = int(views["frame"].max()) + 1
     order = pd.MultiIndex.from_product([range(n_frames), names, NAMES], names=["frame", "camera", "marker"])
@@ -77,15 +77,15 @@ def as_arrays(views: pd.DataFrame, cameras: Sequence[Camera]) -> tuple[Floats, n
 def mosaic(
     takes: Sequence[Film], cameras: Sequence[Camera], views: pd.DataFrame, fps: float, title: str
 ) -> Iterator[Image]:
-    """Yield the pictures of all films side by side with their markers, and a legend in the last place.
+    """Yield the frames of all films side by side with their markers, and a legend in the last tile.
 
-    Of each film that part is shown in which the markers are at any time, all views at one scale.
+    Each tile is cropped to the region that the markers occupy over the whole take; all views have the same scale.
 
     Parameters
     ----------
     takes : the film of each camera.
     views : the table ``markers_2d``.
-    title : what the legend says above the time.
+    title : the line above the time in the legend.
     """
     places, status = as_arrays(views, cameras)
     low, high = np.nanmin(places, axis=(0, 2)), np.nanmax(places, axis=(0, 2))
@@ -131,10 +131,10 @@ def moments(
     views: pd.DataFrame,
     world: pd.DataFrame,
 ) -> list[Image]:
-    """Return one picture a moment: the surroundings of its marker in every view, from left to right.
+    """Return one image per moment: crops around its marker in every view, from left to right.
 
-    The marker has a thick ring where it was found, or is thought to be, and a cross where the smoothed marker in the
-    world is seen from this camera; the other markers have thin rings.
+    A thick ring marks the detected or predicted position of the marker, and a cross the projection of its smoothed 3D
+    position; the other markers have thin rings.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def moments(
 
 
 def _crop(picture: Image, places: Floats, status: npt.NDArray[np.object_], marker: int, projected: Floats) -> Image:
-    """Return the surroundings of a marker in one view; ``projected`` (2,) is where the marker in space is seen."""
+    """Return a crop around a marker in one view; ``projected`` (2,) is the projection of its 3D position."""
     if not np.isfinite(places[marker]).all():
         return np.full((CROP_PX, CROP_PX, 3), GROUND, dtype=np.uint8)
     side = round(CROP_SHARE * picture.shape[1])

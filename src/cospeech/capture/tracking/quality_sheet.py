@@ -1,4 +1,4 @@
-"""What a person looks at after tracking: when each marker was not seen, and the worst moments."""
+"""Tracking quality for manual review: when each marker was not detected, and the worst moments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ UNSEEN = ("predicted", "lost")
 
 
 def spans(world: pd.DataFrame) -> pd.DataFrame:
-    """Return the spans without a sight of each marker (schema ``marker_spans``), from a table ``markers_3d``."""
+    """Return the spans in which markers were not detected (schema ``marker_spans``), from a table ``markers_3d``."""
     rows = []
     frame_s = 2.0 * float(world["time_s"].iloc[0])
     for marker in NAMES:
@@ -28,8 +28,8 @@ def spans(world: pd.DataFrame) -> pd.DataFrame:
 def worst_moments(world: pd.DataFrame, count: int, apart_s: float = 1.0) -> pd.DataFrame:
     """Return the ``count`` worst moments as rows frame, time_s, marker, status, residual_px.
 
-    Lost ones come first, then predicted ones, then the largest residuals; two moments of one marker are at least
-    ``apart_s`` seconds from each other.
+    Lost markers come first, then predicted ones, then the largest residuals. Two moments of the same marker are at
+    least ``apart_s`` seconds apart.
     """
     rank = world["status"].map({"lost": 2, "predicted": 1}).fillna(0).to_numpy()
     order = world.assign(rank=rank).sort_values(
@@ -47,7 +47,7 @@ def worst_moments(world: pd.DataFrame, count: int, apart_s: float = 1.0) -> pd.D
 
 
 def nearest_known(views: pd.DataFrame) -> pd.DataFrame:
-    """Return a table ``markers_2d`` in which a lost marker stands where it was last known, or else will be next."""
+    """Return a table ``markers_2d`` in which a lost marker has its last known position, or else the next one."""
     ordered = views.sort_values("frame", kind="stable")
     who = [ordered["camera"], ordered["marker"]]
     places = ordered[["x_px", "y_px"]].groupby(who).ffill().groupby(who).bfill()
@@ -55,7 +55,12 @@ def nearest_known(views: pd.DataFrame) -> pd.DataFrame:
 
 
 def in_views(moments: pd.DataFrame, views: pd.DataFrame) -> pd.DataFrame:
-    """Return moments of ``worst_moments`` in every view (schema ``worst_moments``), from a table ``markers_2d``."""
+    """Return the result of ``worst_moments`` with the positions in every view (schema ``worst_moments``).
+
+    Parameters
+    ----------
+    views : the table ``markers_2d``.
+    """
     known = nearest_known(views).rename(columns={"status": "view_status"}).drop(columns="n_pixels")
     ranked = moments.assign(moment=np.arange(1, len(moments) + 1))
     found = ranked.merge(known, on=["frame", "marker"]).sort_values(["moment", "camera"], ignore_index=True)
@@ -63,7 +68,7 @@ def in_views(moments: pd.DataFrame, views: pd.DataFrame) -> pd.DataFrame:
 
 
 def summary(world: pd.DataFrame) -> list[str]:
-    """Return one line a marker: the shares of its frames that are seen, predicted and lost, and its residual."""
+    """Return one line per marker: the percentage of frames in each status, and the RMS residual."""
     lines = []
     for marker in NAMES:
         rows = world[world["marker"] == marker]

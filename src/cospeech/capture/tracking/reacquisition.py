@@ -1,8 +1,9 @@
-"""Finding lost markers again: blobs of their colour, pairs of cameras, points that agree, lengths of bones.
+"""Reacquisition of lost markers from blobs of their colour, triangulation and bone lengths.
 
-All lost markers of a colour are sought together: the free discs are combined into points, those of most views first,
-each disc in one point, and the points are given to the markers so that the sum of costs is least. Better predicted
-than wrong: what only two views show in part may be a chance meeting of rays, and counts near the prediction alone.
+All lost markers of a colour are reacquired together. Discs that no other marker claims are combined into candidate
+points, those seen by the most views first, with each disc in one point only. The candidates are then assigned to the
+markers so that the total cost is minimal. A predicted position is better than a wrong one: a point from two partly
+occluded discs may be a chance intersection of rays, and is accepted only close to the prediction.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scipy.optimize import linear_sum_assignment
 
 from cospeech.capture.tracking import blobs, disc
 from cospeech.capture.tracking.blobs import Plane
-from cospeech.capture.tracking.colour import Mixer
+from cospeech.capture.tracking.colour import Unmixer
 from cospeech.capture.tracking.footage import Planes
 from cospeech.data.arrays import Floats
 from cospeech.geometry.triangulate import consistent, project_point
@@ -32,71 +33,75 @@ LINKS = (
     ("left_elbow", "left_hand"), ("right_elbow", "right_hand"),
     ("left_leg", "right_leg"),
 )  # fmt: skip
-"""Pairs of markers whose distance changes little."""
+"""Pairs of markers whose distance is nearly constant."""
 
 SLACK, SKULL_SLACK = 0.25, 0.1
-"""By how much of itself the distance of a link may change, under skin and clothes, and on the bare skull."""
+"""Relative tolerance of the length of a link: with soft tissue and clothing, and on the skull."""
 
 WIDEST_M = 0.6
 GROWTH_M = 0.12
-"""A lost marker is sought in a sphere around its prediction that grows by this with each frame, up to the widest."""
+"""Radius of the search sphere around the prediction of a lost marker: its maximum, and its growth per frame."""
 
 SMALLEST_BLOB = 0.25
-"""Of the area of a disc."""
+"""Minimum area of a blob, relative to the expected disc."""
 
 MOST_BLOBS = 12
 
 PAIR_PART = 1 / 3
-"""Two views that nobody can contradict must meet this much closer than three: share of the pixels that may miss."""
+"""Reprojection limit of a point from two views, which no third one can contradict, relative to the usual limit."""
 
 LIKE_SIZE = (0.64, 1.56)
-"""A round blob of an area in this range, in areas of the expected disc, is a whole one nearer or farther away."""
+"""Area range, relative to the expected disc, in which a round blob is a whole disc at another depth."""
 
 NO_COST = 1e3
-"""More than any cost of a point that may be a marker's."""
+"""Larger than any cost of an admissible assignment."""
 
 LARGEST_DISC = 1.08
-"""A disc with more pixels than this share of what a marker would have at a place is nearer to its camera."""
+"""Largest area of a disc relative to a marker at the point; a larger disc must be closer to the camera."""
 
 
 @dataclass(frozen=True)
-class Lengths:
-    """The usual distances (M, M) of linked markers, metres, and by what share each may change; NaN if not linked."""
+class LinkLengths:
+    """The nominal distances (M, M) of linked markers in metres and their relative tolerances; NaN if not linked."""
 
-    usual_m: Floats
+    nominal_m: Floats
     slack: Floats
 
-    def misfits(self, points_m: Floats) -> npt.NDArray[np.bool_]:
-        """Return which pairs (M, M) of points (M, 3) are farther apart, or nearer, than their links allow."""
+    def violations(self, points_m: Floats) -> npt.NDArray[np.bool_]:
+        """Return which pairs (M, M) of points (M, 3) are farther apart or closer than their links allow."""
         away = np.linalg.norm(points_m[:, None] - points_m[None], axis=2)
-        return np.asarray(np.abs(away / self.usual_m - 1.0) > self.slack)
+        return np.asarray(np.abs(away / self.nominal_m - 1.0) > self.slack)
 
-    def held(self, places_m: Floats, points_m: Floats) -> Floats:
-        """Return places (M, 3) of hidden markers, moved along a link to a known point (M, 3) where they break it.
+    def clamp(self, places_m: Floats, points_m: Floats) -> Floats:
+        """Return positions (M, 3) of hidden markers, moved along links to known points (M, 3) that they violate.
 
-        A hand is never lost farther away than its forearm reaches.
+        This keeps a lost hand within reach of its forearm.
         """
         moved = places_m.copy()
         away = places_m[:, None] - points_m[None]
         length = np.linalg.norm(away, axis=2)
-        for marker, other in np.argwhere(np.abs(length / self.usual_m - 1.0) > self.slack):
-            part = self.usual_m[marker, other] / length[marker, other]
+        for marker, other in np.argwhere(np.abs(length / self.nominal_m - 1.0) > self.slack):
+            part = self.nominal_m[marker, other] / length[marker, other]
             moved[marker] = points_m[other] + part * away[marker, other]
         return moved
 
 
-def lengths(points_m: Floats) -> Lengths:
+def link_lengths(points_m: Floats) -> LinkLengths:
     """Return the lengths of the links in one pose (M, 3)."""
-    usual, slack = np.full((2, len(NAMES), len(NAMES)), np.nan)
+    nominal_m, slack = np.full((2, len(NAMES), len(NAMES)), np.nan)
     for a, b in LINKS:
         i, j = NAMES.index(a), NAMES.index(b)
-        usual[i, j] = usual[j, i] = np.linalg.norm(points_m[i] - points_m[j])
+        nominal_m[i, j] = nominal_m[j, i] = np.linalg.norm(points_m[i] - points_m[j])
         slack[i, j] = slack[j, i] = SKULL_SLACK if MARKERS[i].joint == MARKERS[j].joint == "head" else SLACK
-    return Lengths(usual, slack)
+    return LinkLengths(nominal_m, slack)
 
 
-class Found(NamedTuple):
-    """A point (3,), the views (C,) it rests on if any, pixels (C, 2), counts (C,), shares seen (C,), residual."""
+class Candidate(NamedTuple):
+    """A candidate point for a lost marker.
+
+    The point (3,), the views (C,) that it is triangulated from (none if they do not agree), the discs there: pixels
+    (C, 2), numbers of pixels (C,) and visible fractions (C,); and the RMS residual in pixels.
+    """
 
     point_m: Floats
     used: npt.NDArray[np.bool_]
@@ -109,9 +114,14 @@ class Found(NamedTuple):
 class Lost(NamedTuple):
     """Lost markers (n,) of one colour.
 
-    Where they are expected (n, 3), metres, and in the views (n, C, 2); how large their discs are (n, C), pixels; how
-    far around they are sought (n,), and how far around two views suffice that see them in part (n,), metres; what
-    whole discs of the colour show in the views (C, 2), ``usual`` in ``disc.measure``.
+    Attributes
+    ----------
+    markers : (n,) indices of the markers.
+    expected_m, expected : expected positions in the world (n, 3), metres, and in the views (n, C, 2), pixels.
+    radius : (n, C) radii of their discs, pixels.
+    search_m : (n,) search radius, metres.
+    near_m : (n,) radius within which two views with partly occluded discs are enough, metres.
+    reference : (C, 2) reference of whole discs of the colour in each view, see ``disc.measure``.
     """
 
     markers: npt.NDArray[np.int64]
@@ -120,35 +130,38 @@ class Lost(NamedTuple):
     radius: Floats
     search_m: Floats
     near_m: Floats
-    usual: Floats
+    reference: Floats
 
 
 def search_radius_m(hidden_frames: npt.NDArray[np.int64], unsure_m: Floats) -> Floats:
-    """Return how far from its prediction a marker is sought after some frames (n,) without a sight.
+    """Return the search radius (n,) around the predictions of markers hidden for a number of frames (n,), metres.
 
-    ``unsure_m`` (n,) is how far away it may be by what is known of its movement.
+    ``unsure_m`` (n,) is the uncertainty of the predictions.
     """
     return np.minimum(WIDEST_M, np.maximum(GROWTH_M * (hidden_frames + 1), unsure_m))
 
 
-def seek(
-    cameras: Floats, widths: npt.NDArray[np.int64], pictures: Sequence[Planes], mixer: Mixer, lost: Lost,
-    owned: Floats, others_m: Floats, lengths: Lengths, limit_px: float,
-) -> dict[int, Found]:  # fmt: skip
-    """Return the lost markers that are found.
+def reacquire(
+    cameras: Floats, widths: npt.NDArray[np.int64], pictures: Sequence[Planes], unmixer: Unmixer, lost: Lost,
+    claimed: Floats, others_m: Floats, lengths: LinkLengths, limit_px: float,
+) -> dict[int, Candidate]:  # fmt: skip
+    """Return the lost markers that were reacquired, by their index.
 
     Parameters
     ----------
-    cameras, widths : (C, 21) of ``triangulate.packed``, and the widths of their pictures.
-    owned : (k, C, 2) where other markers of the same colour are seen.
-    others_m : (M, 3) the points known so far, NaN for the others.
+    cameras, widths : cameras (C, 21) as from ``triangulate.packed``, and the widths of their images.
+    claimed : (k, C, 2) pixels of other markers of the same colour.
+    others_m : (M, 3) the points known so far, NaN for the rest.
+    limit_px : largest reprojection error.
     """
-    usual_m, slack = lengths.usual_m[lost.markers], lengths.slack[lost.markers]
-    free = _free(widths, pictures, mixer, lost, owned)
-    points: list[Found] = []
-    # A disc that one point took is gone for the rest, which may then meet without it.
+    nominal_m, slack = lengths.nominal_m[lost.markers], lengths.slack[lost.markers]
+    free = _free(widths, pictures, unmixer, lost, claimed)
+    points: list[Candidate] = []
+    # A disc belongs to one point only: remove it, and let the remaining discs form the next point.
     while len(points) < len(lost.markers):
-        found = _best(cameras, free, lost.expected_m, lost.search_m, lost.near_m, usual_m, slack, others_m, limit_px)
+        found = _best(
+            cameras, free, lost.expected_m, lost.search_m, lost.near_m, nominal_m, slack, others_m, limit_px
+        )
         if not found.used.any():
             break
         points.append(found)
@@ -158,26 +171,31 @@ def seek(
     for row in range(len(cost)):
         for column, point in enumerate(points):
             cost[row, column] = _cost(
-                point, lost.expected_m[row], lost.search_m[row], lost.near_m[row], usual_m[row], slack[row], others_m
+                point,
+                lost.expected_m[row],
+                lost.search_m[row],
+                lost.near_m[row],
+                nominal_m[row],
+                slack[row],
+                others_m,
             )
     pairs = zip(*linear_sum_assignment(np.minimum(cost, NO_COST)), strict=True)
     return {int(lost.markers[row]): points[column] for row, column in pairs if cost[row, column] < np.inf}
 
 
 def _free(
-    widths: npt.NDArray[np.int64], pictures: Sequence[Planes], mixer: Mixer, lost: Lost, owned: Floats
+    widths: npt.NDArray[np.int64], pictures: Sequence[Planes], unmixer: Unmixer, lost: Lost, claimed: Floats
 ) -> Floats:
-    """Return the free discs (C, n, 4) around all lost markers, each once; NaN where a view has fewer."""
+    """Return the free discs (C, n, 4) around all lost markers without duplicates, padded with NaN."""
     views = []
     for view, planes in enumerate(pictures):
         known = np.empty((0, 4))
         for index in range(len(lost.markers)):
             radius = lost.radius[index, view]
             reach = lost.search_m[index] * radius / RADIUS_M + radius
-            taken = np.concatenate([owned[:, view], known[:, :2]])
-            found = discs(
-                *planes, widths[view], *mixer, lost.expected[index, view], reach, radius, lost.usual[view], taken
-            )
+            taken = np.concatenate([claimed[:, view], known[:, :2]])
+            middle, reference = lost.expected[index, view], lost.reference[view]
+            found = free_discs(*planes, widths[view], *unmixer, middle, reach, radius, reference, taken)
             known = np.concatenate([known, found])
         views.append(known)
     free = np.full((len(views), max(len(known) for known in views), 4), np.nan)
@@ -187,15 +205,16 @@ def _free(
 
 
 @njit
-def discs(
+def free_discs(
     y: Plane, cb: Plane, cr: Plane, width: int, across: Floats, share: Floats,
-    middle: Floats, reach: float, radius: float, usual: Floats, owned: Floats,
+    middle: Floats, reach: float, radius: float, reference: Floats, claimed: Floats,
 ) -> Floats:  # fmt: skip
-    """Return the free discs (n, 4) of one colour around a pixel: x, y, pixels, share seen; the largest first.
+    """Return the free discs (n, 4) of one colour around a pixel, largest first: x, y, pixels, visible fraction.
 
-    A disc is free where no pixel of ``owned`` (., 2) is within its radius.
+    A disc is free if no pixel of ``claimed`` (., 2) lies within its radius.
     """
     nothing = np.empty((0, 4))
+    level, inset = reference
     if not np.isfinite(middle).all():
         return nothing
     left, top = int(max(0.0, middle[0] - reach)), int(max(0.0, middle[1] - reach))
@@ -209,11 +228,11 @@ def discs(
     free, count = np.empty((len(found), 4)), 0
     for x_found, y_found, _ in found:
         u, v, pixels, seen, _ = disc.measure(
-            y, cb, cr, width, across, share, x_found, y_found, radius, radius, 0.0, (usual[0], usual[1]), LIKE_SIZE
+            y, cb, cr, width, across, share, x_found, y_found, radius, radius, 0.0, (level, inset), LIKE_SIZE
         )
         mine = np.isfinite(u)
-        for other in range(len(owned)):
-            mine &= not np.hypot(owned[other, 0] - u, owned[other, 1] - v) < radius
+        for other in range(len(claimed)):
+            mine &= not np.hypot(claimed[other, 0] - u, claimed[other, 1] - v) < radius
         for other in range(count):  # two blobs may be parts of one disc
             mine &= not np.hypot(free[other, 0] - u, free[other, 1] - v) < radius
         if mine:
@@ -223,14 +242,18 @@ def discs(
 
 
 @njit
-def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, int], limit_px: float) -> Found:
-    """Return the point of two discs with what other views add to it; no view is used where the two do not meet.
+def point_from_pair(
+    cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, int], limit_px: float
+) -> Candidate:
+    """Return the point triangulated from two discs and from discs of other views that agree with them.
+
+    If the two discs do not agree, no view is used.
 
     Parameters
     ----------
-    cameras : (C, 21) of ``triangulate.packed``.
-    discs : (C, n, 4) of every view, NaN where there are fewer.
-    one, two : view and number of each disc.
+    cameras : (C, 21) as from ``triangulate.packed``.
+    discs : (C, n, 4) discs in each view, padded with NaN.
+    one, two : view and index of each disc.
     """
     n_views = len(cameras)
     pixels, n_pixels, share_seen = np.full((n_views, 2), np.nan), np.zeros(n_views, np.int64), np.zeros(n_views)
@@ -240,7 +263,7 @@ def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, 
     ones, slope = np.ones(n_views), np.empty((2, 3))
     point, used, rms = consistent(cameras, pixels, ones, limit_px)
     if not used.any():
-        return Found(point, used, pixels, n_pixels, share_seen, rms)
+        return Candidate(point, used, pixels, n_pixels, share_seen, rms)
     for view in range(n_views):
         if view in (one[0], two[0]):
             continue
@@ -253,8 +276,8 @@ def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, 
                 pixels[view], n_pixels[view] = discs[view, number, :2], int(discs[view, number, 2])
                 share_seen[view] = discs[view, number, 3]
     point, used, rms = consistent(cameras, pixels, ones, limit_px)
-    # The rays of two markers may meet where there is none. Their discs are then too large for the place, or too
-    # small, but small they may also be because something hides them.
+    # Rays to two different markers may intersect where there is no marker. Their discs are then too large or too
+    # small for a marker at that point; but a disc may also be small because it is partly occluded.
     fits = True
     for view in range(n_views):
         if used[view] and used.sum() == 2:
@@ -266,17 +289,17 @@ def agree(cameras: Floats, discs: Floats, one: tuple[int, int], two: tuple[int, 
     for view in range(n_views):
         if not used[view]:
             pixels[view], n_pixels[view], share_seen[view] = np.nan, 0, 0.0
-    return Found(point, used, pixels, n_pixels, share_seen, rms)
+    return Candidate(point, used, pixels, n_pixels, share_seen, rms)
 
 
 @njit
 def _best(
     cameras: Floats, discs: Floats, expected_m: Floats, search_m: Floats, near_m: Floats,
-    usual_m: Floats, slack: Floats, others_m: Floats, limit_px: float,
-) -> Found:  # fmt: skip
-    """Return the point on which most views agree, of equals the one that costs least as some lost marker (n,)."""
+    nominal_m: Floats, slack: Floats, others_m: Floats, limit_px: float,
+) -> Candidate:  # fmt: skip
+    """Return the point on which the most views agree; among equals, that with the least cost for a lost marker."""
     n_views, n_discs = discs.shape[:2]
-    best = Found(
+    best = Candidate(
         np.full(3, np.nan), np.zeros(n_views, np.bool_), np.full((n_views, 2), np.nan),
         np.zeros(n_views, np.int64), np.zeros(n_views), np.nan,
     )  # fmt: skip
@@ -287,7 +310,7 @@ def _best(
             for j in range(n_discs):
                 if np.isnan(discs[a, i, 0]) or np.isnan(discs[b, j, 0]):
                     continue
-                found = agree(cameras, discs, (a, i), (b, j), limit_px)
+                found = point_from_pair(cameras, discs, (a, i), (b, j), limit_px)
                 more = found.used.sum() - best.used.sum()
                 chance = found.used.sum() == 2 and found.rms > PAIR_PART * limit_px
                 if more < 0 or not found.used.any() or chance:
@@ -295,7 +318,7 @@ def _best(
                 cost = np.inf
                 for lost in range(len(expected_m)):
                     own = _cost(
-                        found, expected_m[lost], search_m[lost], near_m[lost], usual_m[lost], slack[lost], others_m
+                        found, expected_m[lost], search_m[lost], near_m[lost], nominal_m[lost], slack[lost], others_m
                     )
                     cost = min(cost, own)
                 if cost < np.inf and (more > 0 or cost < least):
@@ -305,11 +328,17 @@ def _best(
 
 @njit
 def _cost(
-    found: Found, expected_m: Floats, search_m: float, near_m: float, usual_m: Floats, slack: Floats, others_m: Floats
+    found: Candidate,
+    expected_m: Floats,
+    search_m: float,
+    near_m: float,
+    nominal_m: Floats,
+    slack: Floats,
+    others_m: Floats,
 ) -> float:
-    """Return how ill a point fits a lost marker: its way from where it is expected, and its worst link, as shares.
+    """Return the cost of a point for a lost marker: relative distance from the prediction plus worst link deviation.
 
-    Infinite where it is too far away, or not as far from the others (M, 3) as the links (M,) say.
+    The cost is infinite if the point is too far away, or violates a link (M,) to one of the others (M, 3).
     """
     in_part = False
     for view in range(len(found.used)):
@@ -320,7 +349,7 @@ def _cost(
     worst = 0.0
     for other in range(len(others_m)):
         length = np.sqrt(np.sum((found.point_m - others_m[other]) ** 2))
-        misfit = abs(length / usual_m[other] - 1.0) / slack[other]
-        if misfit > worst:  # not where there is no link
+        misfit = abs(length / nominal_m[other] - 1.0) / slack[other]
+        if misfit > worst:  # False where there is no link, as the misfit is NaN
             worst = misfit
     return away / search_m + worst if worst <= 1.0 else np.inf

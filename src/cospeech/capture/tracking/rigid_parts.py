@@ -1,6 +1,6 @@
-"""Markers on one rigid part of the body: a hidden one stands where the others carry it.
+"""Prediction of hidden markers on rigid body parts from the visible markers of the same part.
 
-The part is turned and moved by the least-squares fit of its visible markers (Kabsch 1976).
+The pose of the part is the least-squares fit to its visible markers (Kabsch 1976).
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from cospeech.geometry.rigid import align
 from cospeech.motion.markers import MARKERS
 
 FEWEST = 3
-"""Markers that fix a rigid part."""
+"""Minimum number of visible markers that determine the pose of a part."""
 
 JOINTS = [marker.joint for marker in MARKERS]
 PARTS = [
     np.array([joint == part for joint in JOINTS]) for part in dict.fromkeys(JOINTS) if JOINTS.count(part) > FEWEST
 ]
-"""The parts (M,) that can carry a hidden marker."""
+"""Masks (M,) of the parts with enough markers to predict a hidden one."""
 
 
 def carried(reference_m: Floats, points_m: Floats) -> Floats:
-    """Return where the hidden markers of rigid parts are, (M, 3); NaN for visible ones and where too few are visible.
+    """Return the positions (M, 3) of hidden markers on rigid parts; NaN if visible, or if too few others are visible.
 
     Parameters
     ----------
-    reference_m : (M, 3) all markers in one pose.
+    reference_m : (M, 3) the markers in a reference pose.
     points_m : (M, 3) the visible markers; NaN for hidden ones.
     """
     found = np.full(points_m.shape, np.nan)

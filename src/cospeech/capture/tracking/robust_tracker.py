@@ -1,8 +1,9 @@
-"""The robust tracker: markers are predicted in the world, measured in every view, and found again when lost.
+"""The robust tracker: markers are predicted in 3D, measured in every view, and reacquired when lost.
 
-In each frame: (1) every marker is predicted in 3D and projected into all views; (2) its disc is centred in a window
-as large as the prediction is unsure; (3) one disc has one owner; (4) the views that agree give the point, well-seen
-views alone where there are two; (5) what was not found is sought as a blob of its colour in a wider window.
+In each frame: (1) each marker is predicted in 3D and projected into all views; (2) its disc is measured in a window
+whose size reflects the uncertainty of the prediction; (3) a disc claimed by two markers is assigned to one of them;
+(4) each marker is triangulated from the views that agree, using only views that see it well if there are at least
+two; (5) markers without a point are reacquired as blobs of their colour in a wider window.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cospeech.capture.tracking import reacquisition, rigid_parts
-from cospeech.capture.tracking.colour import Mixer
-from cospeech.capture.tracking.detections import JERK, SIGHT_SD_M, Sights
+from cospeech.capture.tracking.colour import Unmixer
+from cospeech.capture.tracking.detections import DETECTION_SD_M, JERK, Detections
 from cospeech.capture.tracking.disc import UNKNOWN, WELL_SEEN, measure
 from cospeech.capture.tracking.footage import Planes
 from cospeech.data.arrays import Floats
@@ -25,47 +26,42 @@ from cospeech.kernels.jit import njit
 from cospeech.motion.markers import MARKERS, RADIUS_M
 
 LEARNT = 0.02
-"""What a whole disc changes of the light and the outline that are expected of the next, in parts of its own."""
+"""Learning rate at which each whole disc updates the reference level and outline."""
 
 REACH_SDS = 1.0
-"""A marker is first sought this many standard deviations around its prediction, then as far as it may be,"""
+"""Search distance around the prediction in the first pass, in standard deviations."""
 
 REACH_RADII = (0.4, 1.6)
-"""but at least and at most this many of its radii."""
+"""Minimum and maximum search distance, in radii of the disc; the second pass uses the maximum."""
 
 NEARLY_WHOLE = 0.75
-"""Area, in areas of its outline, from which on a cut disc is measured of every marker."""
+"""Minimum visible area fraction at which an occluded disc is measured in the first pass."""
 
 CUT_WEIGHT = 0.6
-"""Weight of a view that sees a disc well, but not whole."""
+"""Weight of a view that sees a disc well, but not completely."""
 
 PART_WEIGHT = 0.8
-"""Weight of a view that sees less of a disc, where two do not see it well, times its share of outline squared."""
+"""Weight of a view that sees less, times the squared visible fraction; used if fewer than two see the disc well."""
 
-AGREE_RADII = 0.1
-"""Views agree where they miss the point by less than this share of the disc's radius,"""
-
-AGREE_PX = 0.8
-"""or by less than this."""
+AGREE_RADII, AGREE_PX = 0.1, 0.8
+"""Largest reprojection error at which views agree: the larger of a fraction of the disc's radius and a distance."""
 
 OWN_RADII = 0.6
-"""Two discs of one colour are never nearer than this in one view, in radii."""
+"""Minimum distance of two discs of one colour in one view, in radii; closer detections are the same disc."""
 
-FARTHEST_STEP_M = 0.12
-"""A point farther than this from its prediction, and than ``STRAY_SDS``, is another marker's."""
-
-STRAY_SDS = 3.0
+FARTHEST_STEP_M, STRAY_SDS = 0.12, 3.0
+"""A point farther from its prediction than this distance and this many standard deviations is another marker."""
 
 STILL_M = 0.01
-"""How far beyond that a marker at rest may be from its prediction, as it starts or stops without warning."""
+"""Allowance added to ``STRAY_SDS`` for a point from two views, as a marker may start or stop abruptly."""
 
-COVER_FOUND = (2e-3, 1.0, 10.0)
-"""Standard deviations of place, speed and acceleration of a marker that is found again."""
+FOUND_SD = (2e-3, 1.0, 10.0)
+"""Standard deviations of position, velocity and acceleration of a reacquired marker."""
 
 
 @njit
 def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> tuple[Floats, Floats, Floats]:
-    """Return the pixels (M, C, 2) of points (M, 3), their discs' radii (M, C) and how far to search (M, C), px."""
+    """Return the projections (M, C, 2) of points (M, 3), the radii (M, C) and the search distances (M, C), pixels."""
     n_markers, n_views = len(points), len(cameras)
     pixels, slope = np.empty((n_markers, n_views, 2)), np.empty((2, 3))
     radius, reach = np.empty((n_markers, n_views)), np.empty((n_markers, n_views))
@@ -83,7 +79,7 @@ def _expect(cameras: Floats, points: Floats, sd_m: Floats, radius_m: float) -> t
 
 @njit
 def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return the discs (n, 3) that two markers of a colour claim: both markers and the view, of pixels (M, C, 2)."""
+    """Return the discs that two markers of one colour claim, as rows (n, 3) of both markers and the view."""
     n_markers, n_views = pixels.shape[:2]
     found, count = np.empty((n_markers * n_markers * n_views, 3), dtype=np.int64), 0
     for a in range(n_markers):
@@ -99,12 +95,13 @@ def _rivals(pixels: Floats, radius: Floats, colour: npt.NDArray[np.int64]) -> np
 @njit
 def _measure(
     pictures: tuple[Planes, ...], widths: npt.NDArray[np.int64], across: Floats, share: Floats,
-    colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats, usual: Floats,
+    colour: npt.NDArray[np.int64], expected: Floats, radius: Floats, reach: Floats, reference: Floats,
 ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
-    """Return pixels (M, C, 2), counts and shares (M, C) of what the views show: (nearly) whole discs where expected.
+    """Return pixels (M, C, 2), numbers of pixels (M, C) and visible fractions (M, C) of the discs in all views.
 
-    Of a marker that two views do not see well and for it alone, others and those farther off count too. What whole
-    discs of each colour show in each view, ``usual`` (colours, C, 2) as in ``disc.measure``, is learnt in place.
+    The first pass measures whole and nearly whole discs close to the prediction. For markers that fewer than two
+    views see well, without a rival, the second pass also measures more occluded discs and searches farther away. The
+    ``reference`` (colours, C, 2) of whole discs, see ``disc.measure``, is updated in place.
     """
     n_markers, n_views = radius.shape
     pixels, n_pixels = np.full((n_markers, n_views, 2), np.nan), np.zeros((n_markers, n_views), dtype=np.int64)
@@ -118,7 +115,7 @@ def _measure(
                 if share_seen[marker, view] > 0.0 or (again and not cut[marker]) or not somewhere:
                     continue
                 far = REACH_RADII[1] * radius[marker, view] if again else reach[marker, view]
-                known, inward = usual[colour[marker], view]
+                known, inward = reference[colour[marker], view]
                 x, y_found, count, whole, (light, drawn) = measure(
                     y, cb, cr, widths[view], across, share[marker], u, v, radius[marker, view], far,
                     0.0 if again else NEARLY_WHOLE, (known, inward),
@@ -126,8 +123,8 @@ def _measure(
                 pixels[marker, view] = x, y_found
                 n_pixels[marker, view], share_seen[marker, view] = count, whole
                 if whole == 1.0:
-                    usual[colour[marker], view, 0] += (LEARNT if known > 0.0 else 1.0) * (light - known)
-                    usual[colour[marker], view, 1] += LEARNT * (drawn - inward)
+                    reference[colour[marker], view, 0] += (LEARNT if known > 0.0 else 1.0) * (light - known)
+                    reference[colour[marker], view, 1] += LEARNT * (drawn - inward)
         well = share_seen >= WELL_SEEN
         for a, b, view in _rivals(pixels, radius, colour):
             well[a, view] = well[b, view] = False
@@ -136,13 +133,14 @@ def _measure(
 
 
 @njit
-def _doubt(
+def _claim(
     cameras: Floats, own: Floats, weight: Floats, view: int, disc: Floats, expected: Floats, limit: float
 ) -> tuple[int, float]:
-    """Return how ill a disc (2,) in a view fits a marker with discs (C, 2) of its own: a rank, and pixels to rank by.
+    """Return how badly a contested disc (2,) fits a marker whose other discs are ``own`` (C, 2): a rank and pixels.
 
-    0: two of its own lead there; 1: it meets the only one; 2: nothing is known but where it is expected; 3: it is
-    not where its own discs say, or was lost to another marker.
+    Rank 0: the point from its other discs projects there; 1: it agrees with the only other disc; 2: only the
+    prediction is known; 3: it contradicts the other discs, or was already assigned to another marker. The pixels
+    decide between equal ranks.
     """
     point, used, _ = consistent(cameras, own, weight, limit)
     if used.any():
@@ -159,26 +157,29 @@ def _doubt(
 
 
 @njit
-def _predict(states: Floats, covers: Floats, move: Floats, noise: Floats) -> None:
-    """Move the states and covariances (M, 3, 3) of all markers on by a frame, in place."""
+def _predict(states: Floats, covariances: Floats, transition: Floats, noise: Floats) -> None:
+    """Predict the states and covariances (M, 3, 3) of all markers one frame ahead, in place."""
     for marker in range(len(states)):
-        states[marker], covers[marker] = kalman.predict(states[marker], covers[marker], move, noise)
+        states[marker], covariances[marker] = kalman.predict(states[marker], covariances[marker], transition, noise)
 
 
 @njit
-def _update(states: Floats, covers: Floats, hidden: npt.NDArray[np.int64], points: Floats) -> None:
-    """Take the points (M, 3) into the states and covariances, in place; count the frames that a marker is hidden."""
+def _update(states: Floats, covariances: Floats, hidden: npt.NDArray[np.int64], points: Floats) -> None:
+    """Update the states and covariances with the points (M, 3), in place; count the frames since each was seen."""
     for marker in range(len(states)):
         hidden[marker] += 1
         if np.isfinite(points[marker, 0]):
-            states[marker], covers[marker] = kalman.update(
-                states[marker], covers[marker], points[marker], SIGHT_SD_M**2
+            states[marker], covariances[marker] = kalman.update(
+                states[marker], covariances[marker], points[marker], DETECTION_SD_M**2
             )
             hidden[marker] = 0
 
 
 def weights(share_seen: Floats) -> Floats:
-    """Return the weights (M, C) of views that see discs to shares (M, C): only well-seen ones where there are two."""
+    """Return the weights (M, C) of views given the visible fractions (M, C) of the discs.
+
+    If at least two views see a disc well, only these count.
+    """
     well = share_seen >= WELL_SEEN
     part = PART_WEIGHT * np.square(share_seen)
     return np.where(
@@ -187,50 +188,62 @@ def weights(share_seen: Floats) -> Floats:
 
 
 class RobustTracker:
-    """Follows the markers of one take.
+    """Tracks the markers of one take.
 
     Parameters
     ----------
     cameras : the rig.
-    first_m : (M, 3) the markers in the first frame, metres; NaN for one that is not known there.
-    mixers : of every marker colour.
-    fps : frames a second.
+    first_m : (M, 3) the markers in the first frame, metres; NaN if unknown.
+    unmixers : the unmixer of each marker colour.
+    fps : frames per second.
     """
 
     def __init__(
         self,
         cameras: Sequence[Camera],
         first_m: Floats,
-        mixers: Mapping[str, Mixer],
+        unmixers: Mapping[str, Unmixer],
         fps: float,
     ) -> None:
         self.packed, self.first_m = packed(cameras), first_m
-        self.lengths = reacquisition.lengths(first_m)
+        self.lengths = reacquisition.link_lengths(first_m)
         self.widths = np.array([camera.size_px[0] for camera in cameras])
-        self.across = mixers["red"].across
-        self.share = np.stack([mixers[marker.colour].share for marker in MARKERS])
-        names = sorted(mixers)
+        self.across = unmixers["red"].across
+        self.share = np.stack([unmixers[marker.colour].share for marker in MARKERS])
+        names = sorted(unmixers)
         self.colour = np.array([names.index(marker.colour) for marker in MARKERS])
-        self.usual = np.tile(UNKNOWN, (len(names), len(cameras), 1))
-        self.move, self.noise = kalman.transition(1.0 / fps, JERK)
+        self.reference = np.tile(UNKNOWN, (len(names), len(cameras), 1))
+        self.transition, self.noise = kalman.motion_model(1.0 / fps, JERK)
         self.states = np.zeros((len(MARKERS), 3, 3))
         self.states[:, 0] = first_m
-        self.covers = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))
+        self.covariances = np.tile(np.diag([2e-3**2, 0.3**2, 3.0**2]), (len(MARKERS), 1, 1))
         self.hidden = np.zeros(len(MARKERS), dtype=int)
         self.last_m = first_m.copy()
         self.started = False
 
-    def step(self, pictures: Sequence[Planes], corrections: Sequence[tuple[int, int, float, float]] = ()) -> Sights:
-        """Return the markers of the next frame, seen in one picture for each camera.
+    def step(
+        self, pictures: Sequence[Planes], corrections: Sequence[tuple[int, int, float, float]] = ()
+    ) -> Detections:
+        """Return the markers of the next frame, given one image per camera.
 
-        ``corrections`` are (marker, view, x, y) that a person set for this frame.
+        ``corrections`` are positions (marker, view, x, y) that a person set in this frame.
         """
         if self.started:
-            _predict(self.states, self.covers, self.move, self.noise)
+            _predict(self.states, self.covariances, self.transition, self.noise)
         self.started = True
-        expected, radius, reach = _expect(self.packed, self.states[:, 0], np.sqrt(self.covers[:, 0, 0]), RADIUS_M)
+        expected, radius, reach = _expect(
+            self.packed, self.states[:, 0], np.sqrt(self.covariances[:, 0, 0]), RADIUS_M
+        )
         pixels, n_pixels, share_seen = _measure(
-            tuple(pictures), self.widths, self.across, self.share, self.colour, expected, radius, reach, self.usual
+            tuple(pictures),
+            self.widths,
+            self.across,
+            self.share,
+            self.colour,
+            expected,
+            radius,
+            reach,
+            self.reference,
         )
         corrected = np.zeros(n_pixels.shape, dtype=bool)
         for marker, view, x, y in corrections:
@@ -241,14 +254,14 @@ class RobustTracker:
             self._settle_owners(pixels, share_seen, corrected, expected, limit, rivals)
         points, used, residual = triangulate_packed(self.packed, pixels, weights(share_seen), limit)
         self._reject(points, used, residual, corrected, limit)
-        sights = Sights(pixels, n_pixels, corrected, used, points, residual)
-        self._recover(sights, pictures, expected, radius, limit)
-        _update(self.states, self.covers, self.hidden, points)
-        self._wait(points)
+        detections = Detections(pixels, n_pixels, corrected, used, points, residual)
+        self._reacquire(detections, pictures, expected, radius, limit)
+        _update(self.states, self.covariances, self.hidden, points)
+        self._hold_hidden(points)
         away = np.linalg.norm(pixels - _expect(self.packed, points, np.zeros(len(points)), RADIUS_M)[0], axis=-1)
         pixels[~(away <= limit[:, None]) & ~corrected] = np.nan
         n_pixels[np.isnan(pixels[..., 0])] = 0
-        return sights
+        return detections
 
     def _settle_owners(
         self,
@@ -259,19 +272,19 @@ class RobustTracker:
         limit: Floats,
         rivals: npt.NDArray[np.int64],
     ) -> None:
-        """Leave each disc that two markers claim to the one whose own discs lead to it."""
+        """Assign each disc that two markers claim to the marker whose other discs agree better with it."""
         own, own_share = pixels.copy(), share_seen.copy()
         own[rivals[:, :2], rivals[:, 2:]], own_share[rivals[:, :2], rivals[:, 2:]] = np.nan, 0.0
         own_weights = weights(own_share)
         for *claimants, view in rivals:
-            doubts = [
-                _doubt(
+            claims = [
+                _claim(
                     self.packed, own[marker], own_weights[marker], view, pixels[marker, view],
                     expected[marker, view], limit[marker],
                 ) if not corrected[marker, view] else (-1, 0.0)
                 for marker in claimants
             ]  # fmt: skip
-            loser = claimants[doubts.index(max(doubts))]
+            loser = claimants[claims.index(max(claims))]
             pixels[loser, view], share_seen[loser, view] = np.nan, 0.0
 
     def _reject(
@@ -282,60 +295,62 @@ class RobustTracker:
         corrected: npt.NDArray[np.bool_],
         limit: Floats,
     ) -> None:
-        """Drop points that are too far from their prediction or off their bones, unless a person set them.
+        """Reject points that are too far from their prediction or violate a link, unless a person set them.
 
-        Where two views meet far from the prediction, one may show another's disc: all discs there are to be weighed.
+        A point from two views far from its prediction may rest on the disc of another marker. It is rejected too, so
+        that reacquisition considers all discs there.
         """
         by_hand = (used & corrected).any(axis=1)
         away = np.linalg.norm(points - self.states[:, 0], axis=1)
         pair = used.sum(axis=1) == 2
-        stray = STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
+        stray = STRAY_SDS * np.sqrt(self.covariances[:, 0, 0])
         allowed = np.where(pair, STILL_M + stray, np.maximum(FARTHEST_STEP_M, stray))
         points[((away > allowed) | (pair & (residual > reacquisition.PAIR_PART * limit))) & ~by_hand] = np.nan
-        # Of two points that do not fit each other, the one that fits fewer of the rest, or went farther, is wrong.
-        while (misfits := self.lengths.misfits(points).sum(axis=1) * ~by_hand).any():
-            worst = np.flatnonzero(misfits == misfits.max())
+        # Of two points that violate their link, reject the one that violates more links, or else is farther from its
+        # prediction.
+        while (violations := self.lengths.violations(points).sum(axis=1) * ~by_hand).any():
+            worst = np.flatnonzero(violations == violations.max())
             points[worst[np.argmax(away[worst])]] = np.nan
         wrong = np.isnan(points[:, 0])
         used[wrong], residual[wrong] = False, np.nan
 
-    def _recover(
-        self, sights: Sights, pictures: Sequence[Planes], expected: Floats, radius: Floats, limit: Floats
+    def _reacquire(
+        self, detections: Detections, pictures: Sequence[Planes], expected: Floats, radius: Floats, limit: Floats
     ) -> None:
-        """Seek the markers without a point, those of a colour together, and put what is found into ``sights``."""
-        lost = np.isnan(sights.points_m[:, 0])
-        near = STILL_M + STRAY_SDS * np.sqrt(self.covers[:, 0, 0])
+        """Reacquire markers without a point, all of a colour together, and enter those found in ``detections``."""
+        lost = np.isnan(detections.points_m[:, 0])
+        near = STILL_M + STRAY_SDS * np.sqrt(self.covariances[:, 0, 0])
         search = reacquisition.search_radius_m(self.hidden, near)
         for colour in np.unique(self.colour[lost]):
             same = self.colour == colour
             members = np.flatnonzero(same & lost)
-            found = reacquisition.seek(
-                self.packed, self.widths, pictures, Mixer(self.across, self.share[members[0]]),
+            found = reacquisition.reacquire(
+                self.packed, self.widths, pictures, Unmixer(self.across, self.share[members[0]]),
                 reacquisition.Lost(
                     members, self.states[members, 0], expected[members], radius[members],
-                    search[members], near[members], self.usual[colour],
+                    search[members], near[members], self.reference[colour],
                 ),
-                _expect(self.packed, sights.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
-                sights.points_m, self.lengths, float(np.median(limit[members])),
+                _expect(self.packed, detections.points_m[same & ~lost], np.zeros(np.sum(same & ~lost)), RADIUS_M)[0],
+                detections.points_m, self.lengths, float(np.median(limit[members])),
             )  # fmt: skip
             for marker, point in found.items():
-                self._take(marker, point, sights)
+                self._accept(marker, point, detections)
 
-    def _take(self, marker: int, found: reacquisition.Found, sights: Sights) -> None:
-        """Put a lost marker that was found into ``sights``, and follow it from there."""
+    def _accept(self, marker: int, found: reacquisition.Candidate, detections: Detections) -> None:
+        """Put a lost marker that was found into ``detections``, and follow it from there."""
         point, used, rms = consistent(self.packed, found.pixels, weights(found.share_seen[None])[0], np.inf)
-        sights.points_m[marker], sights.used[marker], sights.residual_px[marker] = point, used, rms
-        sights.pixels[marker], sights.n_pixels[marker] = found.pixels, found.n_pixels
-        # One that was seen a frame ago is as fast as it went; of another, nothing is known.
-        speed = (point - self.last_m[marker]) / self.move[0, 1] if self.hidden[marker] == 0 else 0.0
+        detections.points_m[marker], detections.used[marker], detections.residual_px[marker] = point, used, rms
+        detections.pixels[marker], detections.n_pixels[marker] = found.pixels, found.n_pixels
+        # The velocity is known only if the marker was detected in the previous frame.
+        speed = (point - self.last_m[marker]) / self.transition[0, 1] if self.hidden[marker] == 0 else 0.0
         self.states[marker, 0], self.states[marker, 1], self.states[marker, 2] = point, speed, 0.0
-        self.covers[marker] = np.diag(np.square(COVER_FOUND))
+        self.covariances[marker] = np.diag(np.square(FOUND_SD))
 
-    def _wait(self, points: Floats) -> None:
-        """Let hidden markers rest where they were last seen, as far as the rest of the body does not carry them."""
+    def _hold_hidden(self, points: Floats) -> None:
+        """Hold hidden markers at their last position, subject to their rigid part or links to visible markers."""
         seen = np.isfinite(points[:, 0])
         self.last_m[seen] = points[seen]
         carried = rigid_parts.carried(self.first_m, points)
         held = np.isfinite(carried[:, 0])
-        self.last_m = np.where(held[:, None], carried, self.lengths.held(self.last_m, points))
+        self.last_m = np.where(held[:, None], carried, self.lengths.clamp(self.last_m, points))
         self.states[~seen, 0], self.states[~seen, 1:] = self.last_m[~seen], 0.0

@@ -1,8 +1,9 @@
-"""How far the views of a take and the record's sound are out of step, from the sound that all of them carry.
+"""Synchronisation of the views of a take with each other and with the record's sound, by their audio tracks.
 
-Of each sound the onsets are taken, the rises of its loudness in decibels, which a near microphone and a far one with
-much echo hear alike. Two sounds are out of step by the lag at which their onsets correlate best, between two steps by
-a parabola. That peak has to stand out from all others, or nothing is concluded.
+Each sound is reduced to an onset envelope, the rise of its level in decibels, which is similar for a close microphone
+and for a distant one with reverberation. The offset between two sounds is the lag with the highest cross-correlation
+of their onset envelopes, refined by parabolic interpolation. It is accepted only if this peak stands out from all
+others.
 """
 
 from __future__ import annotations
@@ -25,44 +26,44 @@ from cospeech.errors import UserError
 Samples = npt.NDArray[np.float32]
 
 RATE_HZ = 8000
-"""Sampling rate at which sounds are compared."""
+"""Sampling rate for the comparison."""
 
 STEP_S, WINDOW_S, SMOOTH_S = 0.002, 0.01, 0.004
-"""Distance of the values of loudness, the time that each is taken over, and the Gaussian that smooths them."""
+"""Hop and window of the level, and the standard deviation of the Gaussian that smooths it."""
 
 SILENT = 2 / 32768
-"""Peak, full scale 1, up to which a sound is nothing but rounding to 16 bits."""
+"""Peak amplitude (full scale 1) up to which a sound is silent but for 16-bit rounding."""
 
 FLOOR = 1e-4
-"""Energy, as a share of the greatest, below which loudness is not told apart: 40 dB."""
+"""Energy floor relative to the maximum, 40 dB below it."""
 
 OVERLAP = 0.5
-"""Least share of the shorter sound that both have to hold."""
+"""Minimum overlap of two sounds, as a fraction of the shorter one."""
 
 APART_S = 0.2
-"""A peak nearer than this to the greatest is a part of it."""
+"""Half-width of the main peak; only peaks farther away compete with it."""
 
 STANDS_OUT = 2.0
-"""How many times the next greatest correlation the greatest has to be.
+"""Minimum ratio of the highest correlation to the next highest.
 
-Of 60 pairs of stretches of speech that have nothing to do with each other, none came to that in 6 s or 15 s, and two
-in 3 s. Of 60 that a near microphone and a far one with echo and noise heard, all came to it in 6 s or 15 s, and 33 in
-3 s; they were right to 16 ms, of which 5 are the echo's.
+Of 60 pairs of unrelated stretches of speech, none reached this ratio with 6 s or 15 s of sound, and two with 3 s. Of
+60 pairs from a close microphone and a distant one with reverberation and noise, all reached it with 6 s or 15 s, and
+33 with 3 s; their offsets were within 16 ms, 5 ms of which are due to the reverberation.
 """
 
 SOUND = "sound"
-"""What the table calls the record's own sound."""
+"""Name of the record's own sound in the table."""
 
 
 class Lag(NamedTuple):
-    """How much later one sound began than another, and how many times its correlation is that of any other lag."""
+    """How much later one sound began than another, and the ratio of its correlation peak to the next highest."""
 
     seconds: float
     prominence: float
 
 
-def listen(path: str | Path) -> Samples:
-    """Return the sound of a film from its first picture on, or of a wav, mono at ``RATE_HZ``; empty where silent."""
+def read_sound(path: str | Path) -> Samples:
+    """Return the sound of a film from its first frame, or of an audio file; mono at ``RATE_HZ``, empty if silent."""
     try:
         with av.open(str(path)) as container:
             if not container.streams.audio:
@@ -77,7 +78,7 @@ def listen(path: str | Path) -> Samples:
             for picture in container.streams.video:
                 start_s -= float((picture.start_time or 0) * (picture.time_base or 0))
     except av.FFmpegError as error:
-        raise UserError(f"{path}: its sound is damaged ({error}); copy or record it again") from error
+        raise UserError(f"{path}: the sound is damaged ({error}); copy or record it again") from error
     samples = np.concatenate([*parts, np.empty(0, dtype=np.float32)])
     if np.abs(samples).max(initial=0.0) <= SILENT:
         return np.empty(0, dtype=np.float32)
@@ -86,9 +87,9 @@ def listen(path: str | Path) -> Samples:
 
 
 def onsets(samples: Samples) -> Floats:
-    """Return the rise of loudness of a sound at every ``STEP_S``, with a mean of 0 and a variance of 1.
+    """Return the onset envelope of a sound with hop ``STEP_S``, normalised to mean 0 and variance 1.
 
-    Of no sound it is empty.
+    It is empty if there is no sound.
     """
     step = round(STEP_S * RATE_HZ)
     energy = np.square(samples[: len(samples) // step * step]).reshape(-1, step).mean(axis=1, dtype=float)
@@ -101,9 +102,9 @@ def onsets(samples: Samples) -> Floats:
 
 
 def lag(a: Floats, b: Floats) -> Lag:
-    """Return how much later the second of two sounds of one scene began than the first, from their ``onsets``."""
+    """Return how much later sound ``b`` began than sound ``a`` of the same scene, given their onset envelopes."""
     shorter = min(len(a), len(b))
-    # Index i of a full correlation holds a shifted by i - len(b) + 1 steps against b.
+    # Index i of the full correlation corresponds to a lag of i - len(b) + 1 steps.
     energies = correlate(a**2, np.ones(len(b))) * correlate(np.ones(len(a)), b**2)
     n_shared = np.round(correlate(np.ones(len(a)), np.ones(len(b))))
     likeness = correlate(a, b) / np.sqrt(np.maximum(energies, 1e-12))
@@ -116,41 +117,42 @@ def lag(a: Floats, b: Floats) -> Lag:
     return Lag((best + between - len(b) + 1) * STEP_S, peak / max(likeness[elsewhere].max(initial=0.0), 1e-12))
 
 
-def offsets(films: Sequence[Film], sound: str | Path | None, given_s: Mapping[str, float]) -> pd.DataFrame:
-    """Return the table ``offsets`` of a take: when each view, and the record's sound, began, and what each skips.
+def offsets(films: Sequence[Film], sound: str | Path | None, manual_s: Mapping[str, float]) -> pd.DataFrame:
+    """Return the table ``offsets`` of a take: when each view and the record's sound began, and how much each skips.
 
     Parameters
     ----------
-    films : the views, named as their cameras.
-    sound : the record's own sound, whose beginning is time 0; else that of the first view that can be heard is.
-    given_s : by view, how much later than that it began, where a person says so.
+    films : the views, named after their cameras.
+    sound : the record's own sound, whose start is time 0; without it, time 0 is the start of the first view with
+        sound.
+    manual_s : offsets set by a person: how much later than time 0 a view began, by view.
 
     Raises
     ------
-    UserError : where a view cannot be told: its sound fits nothing, or it has none while others have; or where the
-        views have no time in common.
+    UserError : if the offset of a view cannot be determined, because its sound matches nothing or it has no sound
+        while others do; or if the views do not overlap in time.
     """
-    heard = {film.path.stem: onsets(listen(film.path)) for film in films if film.path.stem not in given_s}
-    known = {name: rises for name, rises in heard.items() if len(rises)}
-    reference = onsets(listen(sound)) if sound else next(iter(known.values()), np.empty(0))
+    envelopes = {film.path.stem: onsets(read_sound(film.path)) for film in films if film.path.stem not in manual_s}
+    audible = {name: rises for name, rises in envelopes.items() if len(rises)}
+    reference = onsets(read_sound(sound)) if sound else next(iter(audible.values()), np.empty(0))
     rows = []
     for film in films:
         name = film.path.stem
-        if name in given_s:
-            rows.append((name, given_s[name], "given", np.nan))
-        elif name in known and len(reference):
-            found = lag(reference, known[name])
+        if name in manual_s:
+            rows.append((name, manual_s[name], "given", np.nan))
+        elif name in audible and len(reference):
+            found = lag(reference, audible[name])
             if found.prominence < STANDS_OUT:
                 raise UserError(
-                    f"{film.path}: its sound fits {sound or 'the other views'} nowhere much better than elsewhere "
-                    f"({found.prominence:.1f} times, needed {STANDS_OUT}); say in capture.offsets_s how much later "
-                    f"view {name} began"
+                    f"{film.path}: the sound matches {sound or 'the other views'} at no clear offset (peak ratio "
+                    f"{found.prominence:.1f}, at least {STANDS_OUT} is needed); set in capture.offsets_s how much "
+                    f"later view {name} began"
                 )
             rows.append((name, found.seconds, "heard", found.prominence))
-        elif known:
+        elif audible:
             raise UserError(
-                f"{film.path}: has no sound, while {next(iter(known))} has; say in capture.offsets_s how much later "
-                f"view {name} began"
+                f"{film.path}: the film has no sound, but {next(iter(audible))} has; set in capture.offsets_s how "
+                f"much later view {name} began"
             )
         else:
             rows.append((name, 0.0, "none", np.nan))
@@ -161,15 +163,15 @@ def offsets(films: Sequence[Film], sound: str | Path | None, given_s: Mapping[st
 
 
 def _skipped_s(films: Sequence[Film], table: pd.DataFrame) -> list[float]:
-    """Return what each stream skips so that all begin together: a view whole frames."""
+    """Return how much each stream must skip so that all start together; views skip whole frames."""
     start_s = table["offset_s"].max()
     skipped = []
     for film, offset_s in zip(films, table["offset_s"], strict=False):
         frames = round((start_s - offset_s) * film.fps)
         if frames >= film.n_frames:
             raise UserError(
-                f"{film.path}: is over before the last of the views and the record's sound begins, "
-                f"{start_s - offset_s:.2f} s later; are they of one take?"
+                f"{film.path}: the film ends before the last stream of the take starts, {start_s - offset_s:.2f} s "
+                "later; check that all views and the sound belong to the same take"
             )
         skipped.append(frames / film.fps)
     return skipped + [start_s - offset_s for offset_s in table["offset_s"][len(films) :]]

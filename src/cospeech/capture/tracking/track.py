@@ -1,4 +1,4 @@
-"""A take from its first frame to its last: pictures in, sights of the markers out."""
+"""Tracking of a whole take: from the images of all cameras to marker detections in every frame."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from cospeech.capture.tracking import clicks, colour, first_positions, footage
-from cospeech.capture.tracking.detections import Sights, confirmed, film
+from cospeech.capture.tracking.detections import Detections, confirmed, stack
 from cospeech.capture.tracking.robust_tracker import RobustTracker
 from cospeech.capture.tracking.thesis_tracker import ThesisTracker
 from cospeech.geometry.camera import Camera
@@ -15,7 +15,7 @@ from cospeech.geometry.camera import Camera
 METHODS = ("robust", "thesis")
 
 
-def follow(
+def track_markers(
     films: Sequence[footage.Film],
     cameras: Sequence[Camera],
     method: str,
@@ -24,34 +24,35 @@ def follow(
     clicked: pd.DataFrame | None = None,
     corrections: pd.DataFrame | None = None,
     where: str,
-) -> Sights:
+) -> Detections:
     """Return the markers of a take in every view and frame.
 
     Parameters
     ----------
-    films, cameras : one film for each camera, checked by ``footage.check``, which gives ``n_frames``.
+    films, cameras : one film per camera, checked by ``footage.check``.
     method : one of ``METHODS``.
-    clicked : the markers in frame 0; without it they are found by colour.
-    corrections : positions that a person set; they override what is measured.
-    where : what errors call the take.
+    n_frames : number of frames to track, as returned by ``footage.check``.
+    clicked : clicks on the markers in frame 0; without them, the markers are found by colour.
+    corrections : positions set by a person, which override the measured ones.
+    where : name of the take in error messages.
     """
     by_hand = {} if corrections is None else clicks.by_frame(corrections, cameras)
-    frames: list[Sights] = []
+    frames: list[Detections] = []
     tracker: RobustTracker | ThesisTracker | None = None
     for frame, pictures in enumerate(footage.read(films, n_frames)):
         if tracker is None:
             widths = [camera.size_px[0] for camera in cameras]
-            mixers = colour.mixers(colour.skin(pictures, widths))
+            unmixers = colour.unmixers(colour.estimate_skin(pictures, widths))
             first = (
-                first_positions.find(pictures, cameras, mixers, where)
+                first_positions.find(pictures, cameras, unmixers, where)
                 if clicked is None
                 else first_positions.from_clicks(clicked, cameras, where)
             )
             tracker = (
-                RobustTracker(cameras, first, mixers, films[0].fps)
+                RobustTracker(cameras, first, unmixers, films[0].fps)
                 if method == "robust"
-                else ThesisTracker(cameras, first, mixers)
+                else ThesisTracker(cameras, first, unmixers)
             )
         frames.append(tracker.step(pictures, by_hand.get(frame, ())))
-    found = film(frames)
+    found = stack(frames)
     return confirmed(found) if method == "robust" else found

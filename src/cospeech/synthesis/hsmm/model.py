@@ -14,7 +14,8 @@ import pandas as pd
 
 from cospeech.data.arrays import Labels
 from cospeech.markov import hsmm
-from cospeech.markov.hsmm import Censoring, Counts, SemiMarkov, Smoothing
+from cospeech.markov.hsmm import HSMM, Censoring, Counts, Smoothing
+from cospeech.synthesis.hsmm import tables as hsmm_tables
 from cospeech.synthesis.hsmm.agreement import agreements
 from cospeech.synthesis.interface import Speech, Synthesis, Training, decoding, phrases_of
 
@@ -47,7 +48,7 @@ class Model(NamedTuple):
     censoring : whether the end of a record may cut the last phrase.
     """
 
-    hsmm: SemiMarkov
+    hsmm: HSMM
     frame_s: float
     floor: float
     weight: float
@@ -84,7 +85,7 @@ def counts(training: Training, how: Estimate) -> dict[str, Counts]:
     }
 
 
-def estimate(counted: Iterable[Counts], how: Estimate) -> SemiMarkov:
+def estimate(counted: Iterable[Counts], how: Estimate) -> HSMM:
     """Return the probabilities of the records that were counted."""
     first, *others = counted
     return hsmm.estimate(sum(others, start=first), how.floor, how.smoothing, how.amount)
@@ -117,7 +118,7 @@ def choose_weight(
 def best_weight(
     gestures: Mapping[str, pd.DataFrame],
     speech: Mapping[str, Labels],
-    model_of: Mapping[str, SemiMarkov],
+    model_of: Mapping[str, HSMM],
     weights: Sequence[float],
     censoring: Censoring,
 ) -> float:
@@ -147,7 +148,7 @@ def synthesis(path: hsmm.Path, speech: Speech, weight: float, censoring: Censori
 def to_tables(model: Model) -> dict[str, pd.DataFrame]:
     """Return the tables initial, transitions, emissions, durations and decoder."""
     decoder = {"emission_weight": [model.weight], "censoring": [model.censoring], "frame_s": [model.frame_s]}
-    return hsmm.to_tables(model.hsmm, model.frame_s, model.floor) | {"decoder": pd.DataFrame(decoder)}
+    return hsmm_tables.to_tables(model.hsmm, model.frame_s, model.floor) | {"decoder": pd.DataFrame(decoder)}
 
 
 def from_tables(tables: Mapping[str, pd.DataFrame]) -> Model:
@@ -155,5 +156,5 @@ def from_tables(tables: Mapping[str, pd.DataFrame]) -> Model:
     row = tables["decoder"].iloc[0]
     floor = float(tables["initial"]["floor"].iloc[0])
     return Model(
-        hsmm.from_tables(tables), float(row["frame_s"]), floor, float(row["emission_weight"]), row["censoring"]
+        hsmm_tables.from_tables(tables), float(row["frame_s"]), floor, float(row["emission_weight"]), row["censoring"]
     )

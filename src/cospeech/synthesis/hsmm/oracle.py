@@ -8,7 +8,7 @@ from typing import Any
 
 from cospeech.errors import UserError
 from cospeech.markov import hsmm
-from cospeech.synthesis.hsmm import weighted
+from cospeech.synthesis.hsmm import tables, weighted
 from cospeech.synthesis.hsmm.model import Model, best_weight, from_tables, to_tables
 from cospeech.synthesis.interface import Speech, Synthesis, Training
 
@@ -25,7 +25,7 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
     planted = training.planted
     if planted is None:
         raise UserError("the planted parameters exist for actors of the virtual studio only")
-    model = hsmm.floored(hsmm.from_tables(planted.model), settings["floor"])
+    model = hsmm.floored(tables.from_tables(planted.model), settings["floor"])
     weight = best_weight(
         planted.gestures,
         planted.speech,

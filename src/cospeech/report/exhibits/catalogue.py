@@ -1,0 +1,164 @@
+"""Every exhibit of the report, in the order of the page, and what they share: sections, sources and conditions."""
+
+from __future__ import annotations
+
+from cospeech.report.exhibits.declaration import OZKUL_2012, Condition, Exhibit, Section, Source
+
+SECTIONS = (
+    Section("speech", "From speech to gesture", "Speech"),
+    Section("capture", "From film to joint angles", "Capture"),
+    Section("watch", "Watch", "Watch"),
+    Section("scores", "Scores", "Scores"),
+    Section("voice", "Another voice", "Another voice"),
+    Section("thesis", "The experiments of the thesis", "Thesis"),
+    Section("corpus", "The corpus", "Corpus"),
+    Section("planted", "What was planted", "Planted"),
+)
+
+CONDITIONS = (
+    Condition("motion", "the corpus has gesture labels but no motion", also="videos"),
+    Condition("sweep", "the configuration sweeps over no setting"),
+    Condition("two_actors", "there is only one actor"),
+    Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
+    Condition("takes", "no joint angles were computed from films or markers"),
+    Condition("filmed", "there are no films"),
+    Condition(
+        "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
+    ),
+)
+
+SOURCES = {
+    "records": Source("corpus/records.parquet", "records"),
+    "annotations": Source("corpus/annotations.parquet", "annotations"),
+    "cameras": Source("capture/cameras.parquet", "cameras"),
+    "actual": Source("phrases/gesture/{record}.parquet", "segments"),
+    "synthesised": Source(
+        "synthesis/{pictured.name}/{pictured.variant}/{record}/{pictured.phrases_file}", "segments"
+    ),
+    "record_prosody": Source("speech/{first_record}/prosody.parquet", "prosody"),
+    "record_clusters": Source("phrases/prosody/{setting}/fold~{first_record}/segments.parquet", "segments"),
+    "record_actual": Source("phrases/gesture/{first_record}.parquet", "segments"),
+    "record_synthesised": Source(
+        "synthesis/{in_timeline.name}/{in_timeline.variant}/{first_record}/{in_timeline.phrases_file}", "segments"
+    ),
+    "decoding": Source("synthesis/{third_party.name}/{third_party.variant}/{record}/decoding.parquet", "decoding"),
+    "session_scores": Source("evaluation/session_scores.parquet", "session_scores"),
+    "differences": Source("evaluation/differences.parquet", "differences"),
+    "motion_statistics": Source("evaluation/motion_statistics.parquet", "motion_statistics"),
+    "motion_histograms": Source("evaluation/motion_histograms.parquet", "motion_histograms"),
+    "transplant": Source("evaluation/transplant.parquet", "transplant"),
+    "recovery": Source("evaluation/recovery.parquet", "recovery"),
+    "film_effect": Source("evaluation/film_effect.parquet", "film_effect"),
+    "capture_scores": Source("capture/capture_scores.parquet", "capture_scores"),
+    "observability": Source("capture/{captured}/observability.parquet", "observability"),
+    "rig_picture": Source("capture/rig.png"),
+    "stills": Source("animation/stills.parquet", "stills"),
+    "stills_picture": Source("animation/stills.png"),
+    "strip_picture": Source("animation/strip.png"),
+    "smoothing": Source("animation/smoothing.parquet", "smoothing_trial"),
+}
+"""What exhibits and the page are made from.
+
+Placeholders: ``record``, ``first_record`` (the one that is shown from speech to gesture), ``captured`` (records whose
+joint angles come from films or markers), ``pictured``, ``in_timeline`` and ``third_party`` (systems, see ``Run``),
+and ``setting`` (the main setting of the prosody clusters, as a path).
+"""
+
+LABELS = "phrases.gesture.labels"
+BINS_S = "evaluation.bins_s"
+
+EXHIBITS = (
+    Exhibit(
+        "fig-timeline", "speech", "timeline:draw",
+        sources={"prosody": "record_prosody", "clusters": "record_clusters", "actual": "record_actual",
+                 "synthesised": "record_synthesised"},
+        settings={"labels": LABELS, "voiced_gain": "speech.voiced_gain"},
+    ),
+    Exhibit(
+        "table-capture", "capture", "capture:accuracy", figure=False,
+        sources={"scores": "capture_scores", "effect": "film_effect"},
+        settings={"width_px": "studio.camera_width_px", "method": "capture.track.method", "bins_s": BINS_S},
+        needs=("filmed", "virtual"), show="capture:accuracy_table",
+    ),
+    Exhibit(
+        "fig-rig", "capture", "pictures:draw", numbers=False,
+        sources={"picture": "rig_picture"}, needs=("filmed",),
+    ),
+    Exhibit(
+        "table-observability", "capture", "capture:observability", figure=False,
+        sources={"tables": "observability"}, needs=("takes",), show="capture:observability_table",
+    ),
+    Exhibit(
+        "fig-6.4", "watch", "pictures:draw", document=OZKUL_2012, numbers=False,
+        sources={"picture": "strip_picture"}, needs=("motion",),
+    ),
+    Exhibit(
+        "fig-motion", "watch", "motion:speeds",
+        sources={"statistics": "motion_statistics", "histograms": "motion_histograms"}, needs=("motion",),
+    ),
+    Exhibit(
+        "leaderboard", "scores", "leaderboard:draw",
+        sources={"scores": "session_scores"},
+        show="leaderboard:boards", template="leaderboard.html.jinja",
+    ),
+    Exhibit(
+        "fig-differences", "scores", "differences:draw",
+        sources={"differences": "differences"}, settings={"bins_s": BINS_S},
+    ),
+    Exhibit(
+        "table-transplant",
+        "voice",
+        "transplant:draw",
+        figure=False,
+        sources={"transplant": "transplant"},
+        needs=("transplant",),
+        show="transplant:table",
+    ),
+    Exhibit(
+        "fig-7.2a", "thesis", "sweep:clusters", document=OZKUL_2012,
+        sources={"scores": "session_scores"}, needs=("sweep",),
+        published="fig-7.2a", compare="sweep:best_clusters",
+    ),
+    Exhibit(
+        "fig-7.2b", "thesis", "sweep:states", document=OZKUL_2012,
+        sources={"scores": "session_scores"}, needs=("sweep",),
+        published="fig-7.2b", compare="sweep:best_states",
+    ),
+    Exhibit(
+        "fig-7.3", "thesis", "phrases:durations_of_first_actor", document=OZKUL_2012,
+        sources={"actual": "actual", "synthesised": "synthesised"},
+        settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
+    ),
+    Exhibit(
+        "fig-7.4", "thesis", "phrases:durations_of_second_actor", document=OZKUL_2012,
+        sources={"actual": "actual", "synthesised": "synthesised"},
+        settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
+        needs=("two_actors",),
+    ),
+    Exhibit(
+        "fig-7.5", "thesis", "phrases:frequencies", document=OZKUL_2012,
+        sources={"actual": "actual", "synthesised": "synthesised"}, settings={"labels": LABELS},
+    ),
+    Exhibit(
+        "fig-6.3", "thesis", "motion:smoothing", document=OZKUL_2012,
+        sources={"trial": "smoothing"}, needs=("motion",),
+    ),
+    Exhibit(
+        "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,
+        sources={"records": "records"}, show="corpus:scenario_table",
+        published="table-3-scenarios", compare="corpus:compare_size",
+    ),
+    Exhibit(
+        "table-4.1", "corpus", "corpus:gesture_classes", document=OZKUL_2012, figure=False,
+        sources={"phrases": "actual"}, settings={"labels": LABELS}, show="corpus:class_table",
+        published="table-4.1", compare="corpus:compare_classes",
+    ),
+    Exhibit(
+        "fig-4.3", "corpus", "pictures:stills", document=OZKUL_2012,
+        sources={"picture": "stills_picture", "stills": "stills"}, needs=("motion",),
+    ),
+    Exhibit(
+        "fig-recovery", "planted", "recovery:draw",
+        sources={"recovery": "recovery"}, needs=("virtual",), show="recovery:summary_table",
+    ),
+)  # fmt: skip

@@ -1,0 +1,274 @@
+"""The headline findings, in words that claim no more than the intervals allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from cospeech.report import words
+from cospeech.report.scores import common_phrases, own_phrases
+from cospeech.report.systems import System, Systems, driven, first_ceiling
+from cospeech.report.words import number
+
+FEWEST_RECORDS = 4
+"""The fewest records for which differences between systems are stated."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding: a sentence that states it, and lines with the numbers behind it."""
+
+    claim: str
+    evidence: list[str]
+
+
+def with_interval(row: pd.Series, name: str = "value", unit: str = "") -> str:
+    """Return a number and its interval, ``0.52 (0.40 to 0.63)``; a difference with its sign."""
+    signed = name == "difference"
+    text = number(row[name], signed) + unit
+    if row["low"] != row["low"]:
+        return f"{text} (no interval)"
+    return f"{text} ({number(row['low'], signed)} to {number(row['high'], signed)})"
+
+
+def verdict(row: pd.Series, better: str) -> str:
+    """Return ``better``, ``worse`` or ``undecided``: undecided if the interval of a difference includes 0."""
+    if not (row["low"] > 0 or row["high"] < 0):
+        return "undecided"
+    return "better" if (row["low"] > 0) == (better == "more") else "worse"
+
+
+def findings(
+    scores: pd.DataFrame,
+    differences: pd.DataFrame,
+    systems: Systems,
+    best_published_s: float,
+    recovery: pd.DataFrame | None = None,
+    motion: pd.DataFrame | None = None,
+    capture: pd.DataFrame | None = None,
+) -> list[Finding]:
+    """Return the findings of a run, most important first.
+
+    Parameters
+    ----------
+    scores : session scores at the main setting.
+    differences : the table ``differences``.
+    systems : all systems.
+    best_published_s : S of the best published synthesis.
+    recovery : numbers of the exhibit ``fig-recovery``, or None.
+    motion : numbers of ``fig-motion``, or None.
+    capture : numbers of ``table-capture``, or None.
+    """
+    every = own_phrases(scores, systems)
+    pooled = every[every["actor"] == "all"]
+    paired = common_phrases(differences, systems)
+    paired = paired[paired["actor"] == "all"]
+    n_records = int(pooled["n_records"].max())
+    found = _compared(pooled, paired, systems) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
+    found += _ceiling(pooled, systems, best_published_s)
+    found += _easy_distance(pooled, systems)
+    found += [_captured(capture)] if capture is not None else []
+    found += [_recovered(recovery)] if recovery is not None else []
+    found += [_moved(motion, systems)] if motion is not None else []
+    return found
+
+
+def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
+    for column, value in where.items():
+        table = table[table[column] == value]
+    return table.iloc[0] if len(table) else None
+
+
+def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> list[Finding]:
+    """Return what the differences between systems, and between systems and controls, show."""
+    scored = set(pooled["system"])
+    listening = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
+    found = [_speech(system, pooled, paired, systems) for system in listening]
+    for before, system in pairwise(listening):
+        others = list(dict.fromkeys([listening[0].name, before.name]))
+        found.append(_against(system, [systems[name] for name in others], paired))
+    return [*found, _resolution(pooled, paired, listening)]
+
+
+def _too_few(n_records: int) -> Finding:
+    return Finding(
+        f"{words.counted(n_records, 'record')} cannot distinguish between systems, so none is called better here.",
+        [f"that takes at least {FEWEST_RECORDS} records; the scores are shown below all the same"],
+    )
+
+
+def _speech(system: System, pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> Finding:
+    """Return whether a system does better than its own controls, which are the same system under wrong speech."""
+    own = _row(pooled, system=system.name, measure="kappa", part="interior")
+    evidence = [] if own is None else [f"kappa {with_interval(own)} on the interior of records"]
+    verdicts: dict[str, dict[str, str]] = {"kappa": {}, "D": {}}
+    for control in system.controls:
+        speech = systems[control].title.removeprefix(f"{system.title}: ").replace("own speech", "its own speech")
+        compared = []
+        for measure, unit in (("kappa", ""), ("D", " s")):
+            row = _row(paired, system=system.name, other=control, measure=measure, part="interior")
+            if row is not None and row["difference"] == row["difference"]:
+                verdicts[measure][speech] = verdict(row, words.MEASURES[measure].better)
+                compared.append(f"{measure} {with_interval(row, 'difference', unit)}")
+        evidence.append(f"minus the same with {speech}: {', '.join(compared) if compared else 'undefined'}")
+    claim = f"“{system.title}” {_by_kappa(verdicts['kappa'])}. {_by_distance(set(verdicts['D'].values()))}"
+    return Finding(claim, evidence)
+
+
+def _by_kappa(verdicts: dict[str, str]) -> str:
+    """Return what the differences in kappa show, control by control."""
+    by = {kind: [speech for speech, found in verdicts.items() if found == kind] for kind in ("better", "worse")}
+    if by["worse"]:
+        return f"picks gestures worse than the same system driven by {words.joined(by['worse'], 'or')}"
+    if not by["better"]:
+        return "cannot be distinguished from the same system driven by the wrong speech"
+    undecided = [speech for speech in verdicts if speech not in by["better"]]
+    claim = f"picks gestures better than the same system driven by {words.joined(by['better'], 'or')}"
+    if undecided:
+        claim += f", but cannot be distinguished from it driven by {words.joined(undecided, 'or')}"
+    return claim
+
+
+def _by_distance(verdicts: set[str]) -> str:
+    if verdicts == {"better"}:
+        return "Its boundaries are closer to the actual ones, too."
+    if "worse" in verdicts:
+        return "Its boundaries are further from the actual ones than a control's."
+    return "Whether its boundaries are closer is undecided."
+
+
+def _against(system: System, others: list[System], paired: pd.DataFrame) -> Finding:
+    """Return how a system compares with the first one and with its predecessor."""
+    named = {"better": "beats", "worse": "does worse than", "undecided": "cannot be distinguished from"}
+    clauses, evidence = [], []
+    for other in others:
+        verdicts: dict[str, list[str]] = {}
+        compared = []
+        for measure in ("kappa", "D"):
+            row = _row(paired, system=system.name, other=other.name, measure=measure, part="interior")
+            if row is None or row["difference"] != row["difference"]:
+                continue
+            verdicts.setdefault(named[verdict(row, words.MEASURES[measure].better)], []).append(measure)
+            compared.append(f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}")
+        clauses += [f"{verb} “{other.title}” in {' and '.join(measures)}" for verb, measures in verdicts.items()]
+        evidence.append(f"minus “{other.title}”: {', '.join(compared) if compared else 'undefined'}")
+    claim = "; it ".join(clauses) or "cannot be compared with other systems"
+    return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"])
+
+
+def _ceiling(pooled: pd.DataFrame, systems: Systems, best_published_s: float) -> list[Finding]:
+    ceiling = first_ceiling(systems)
+    if ceiling is None:
+        return []
+    rows = pooled[(pooled["system"] == ceiling.name) & (pooled["measure"] == "S") & (pooled["part"] == "whole")]
+    rows = rows.sort_values("bin_s")
+    finest = rows.iloc[0]
+    return [
+        Finding(
+            f"The ceiling of S, “{ceiling.title}”, is {number(finest['value'])} in the finest bins "
+            f"({words.seconds(finest['bin_s'])}). Compare every S with it.",
+            [f"S {with_interval(row)} in bins of {words.seconds(row['bin_s'])}" for _, row in rows.iterrows()]
+            + [f"published for the best synthesis, on another corpus: {best_published_s:.2f}"],
+        )
+    ]
+
+
+def _easy_distance(pooled: pd.DataFrame, systems: Systems) -> list[Finding]:
+    rows = pooled[(pooled["measure"] == "D") & (pooled["part"] == "whole")].dropna(subset=["value"])
+    least = rows.sort_values("value", kind="stable").iloc[0]
+    ratio = _row(pooled, system=least["system"], measure="phrase_ratio", part="whole")
+    winner = systems[least["system"]]
+    if winner.role != "control" or ratio is None:
+        return []
+    return [
+        Finding(
+            f"D alone rewards silence: the control “{winner.title}” has the lowest D.",
+            [
+                f"its D is {number(least['value'])} s, its phrase ratio {number(ratio['value'])}",
+                "the boundary at 0 s, which every sequence has, costs nothing",
+                "boundary F1 and kappa do not reward that",
+            ],
+        )
+    ]
+
+
+def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, listening: list[System]) -> Finding:
+    names = [system.name for system in listening]
+    controls = {control for system in listening for control in system.controls}
+    rows = paired[(paired["measure"] == "kappa") & (paired["part"] == "interior") & paired["system"].isin(names)]
+    rows = rows[rows["other"].isin(controls)]
+    width = float(np.nanmedian((rows["high"] - rows["low"]) / 2)) if rows["low"].notna().any() else float("nan")
+    n_records = int(pooled["n_records"].max())
+    if width != width:
+        return Finding("The corpus is too small for intervals.", [f"it has {words.counted(n_records, 'record')}"])
+    return Finding(
+        f"This corpus resolves differences of about {number(width)} in kappa; smaller ones remain undetected.",
+        [
+            f"typical half-width of the interval of a difference, from {words.counted(n_records, 'record')}",
+            "the intervals apply to further records of these actors, not to other actors",
+            "they are not corrected for the number of comparisons",
+        ],
+    )
+
+
+def _captured(summary: pd.DataFrame) -> Finding:
+    """Return how many goals of capture are met by the method in use, and how many are missed perhaps by chance."""
+    aimed = summary[summary["goal"].notna()].drop_duplicates("quantity")
+    met = aimed["met"].astype(str)
+    open_ = int((~met.isin(["True", "False"])).sum())
+    missed = [_missed(row) for _, row in aimed[met != "True"].fillna({"unit": ""}).iterrows()]
+    return Finding(
+        f"Capture meets {int((met == 'True').sum())} of its {len(aimed)} goals"
+        + (f"; {open_} more may be missed by chance." if open_ else "."),
+        missed or ["even in the worst record"],
+    )
+
+
+def _missed(row: pd.Series) -> str:
+    """Return what is known about a goal that was not met."""
+    unit, goal = str(row["unit"]), f"the goal is {row['goal']:g}"
+    if row["group"] == "experiment":
+        change, low, high = (number(row[name], signed=True) for name in ("mean", "lowest", "highest"))
+        return f"{row['meaning']}: {change} % ({low} to {high}), {goal}"
+    worst = " in the worst record" if row["values"] > 1 else ""
+    return f"{row['meaning']}: {number(row['highest'])} {unit}".rstrip() + f"{worst}, {goal}"
+
+
+def _recovered(summary: pd.DataFrame) -> Finding:
+    frames = _row(summary, quantity="gesture_frames_right")
+    ami = _row(summary, quantity="prosody_ami", on="held-out record")
+    claims, evidence = [], []
+    if frames is not None:
+        claims.append(f"The planted gesture phrases were recovered in {100 * frames['mean']:.1f} % of the frames.")
+        evidence.append(f"{100 * frames['lowest']:.1f} % in the worst record; the goal is 90 %")
+    if ami is not None:
+        claims.append(
+            f"The adjusted mutual information of prosody clusters and planted patterns is {number(ami['mean'])}."
+        )
+        evidence.append(
+            f"{number(ami['lowest'])} to {number(ami['highest'])} on held-out records; 1 is perfect, 0 is chance, "
+            "the goal is 0.5"
+        )
+    return Finding(" ".join(claims), evidence)
+
+
+def _moved(summary: pd.DataFrame, systems: Systems) -> Finding:
+    speed = summary[summary["quantity"] == "speed"].dropna(subset=["hellinger"])
+    made = speed[speed["system"].isin(systems)]
+    other = speed.loc[speed["system"] == "another original"].iloc[0]
+    within = bool((made["hellinger"] <= other["highest"]).all())
+    distances = [f"{systems[name].title} {number(value)}"
+                 for name, value in zip(made["system"], made["hellinger"], strict=True)]  # fmt: skip
+    distances.append(f"another original {number(other['hellinger'])} (up to {number(other['highest'])})")
+    return Finding(
+        f"The speeds of synthesised hands differ from the original's {'no more' if within else 'more'} than those of "
+        "another original record.",
+        [
+            f"Hellinger distance of speed, mean over records: {', '.join(distances)}",
+            "motion assembled from recorded segments keeps their speeds, whatever the gestures mean",
+        ],
+    )

@@ -1,0 +1,189 @@
+"""What a reader needs to know to reproduce the numbers, in words: corpus, rates, folds, bins, seeds."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from cospeech.report import words
+
+Config = dict[str, Any]
+
+ORIGINS = {
+    "person": "labelled by a person",
+    "rule": "proposed by rules based on the joint angles",
+    "studio": "planted",
+}
+
+TRACKERS = {"robust": "the robust tracker", "thesis": "the plain tracker of the thesis"}
+
+
+class Banner(NamedTuple):
+    """What is virtual and what is real, at the top of the page."""
+
+    kind: str
+    claim: str
+    lines: list[str]
+
+
+def banner(
+    config: Config, records: pd.DataFrame, annotations: pd.DataFrame, cameras: pd.DataFrame | None = None
+) -> Banner:
+    """Return what the corpus is: virtual actors, or recordings of people.
+
+    Parameters
+    ----------
+    config : the configuration.
+    records, annotations : the tables of those names.
+    cameras : the table of that name, if the corpus was filmed.
+    """
+    minutes = records["duration_s"].sum() / 60
+    actors = words.counted(records["actor"].nunique(), "actor")
+    size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
+    if config["corpus"]["source"] == "studio":
+        return _virtual(config, size, cameras)
+    count = annotations["origin"].value_counts()
+    examples = ", ".join(f"{count[origin]} {text}" for origin, text in ORIGINS.items() if origin in count)
+    return Banner(
+        "real",
+        f"Real recordings: the corpus “{config['corpus']['name']}”.",
+        [
+            f"{size}. "
+            + (
+                f"The gesture classes were learned from examples: {examples}."
+                if examples
+                else "The corpus came with its gesture phrases."
+            ),
+            "The actual phrases, with which scores compare, were found by a program that learned from those "
+            "examples; nobody checked each of them.",
+        ],
+    )
+
+
+def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
+    studio = config["studio"]
+    made = (
+        "A program drew their gestures and the melody of their speech; a speech synthesiser spoke, and a body moved."
+        if studio["sound"]
+        else "A program drew their gestures and the features of their speech; there is neither voice nor body."
+    )
+    coupling = studio["coupling"]
+    planned = (
+        "does not predict gesture, so that no system should beat its controls"
+        if coupling == 0
+        else f"predicts gesture in {100 * coupling:g} % of the phrases"
+    )
+    return Banner(
+        "virtual",
+        "Everything here is virtual: nobody was recorded.",
+        [
+            f"{size}. {made} By design, speech {planned} (coupling {coupling:g}).",
+            *(_filmed(config, cameras) if cameras is not None else ()),
+            "These numbers show how well the methods recover what was planted. They say nothing about people, and "
+            "their values are not comparable with published ones, which come from recordings.",
+        ],
+    )
+
+
+def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:
+    sizes = cameras[["width_px", "height_px"]].drop_duplicates().itertuples(index=False)
+    size = words.joined([f"{width} x {height}" for width, height in sizes])
+    return [
+        f"The body wore markers and was filmed by {words.counted(len(cameras), 'virtual camera')} at {size} pixels "
+        f"and {config['studio']['motion_fps']:g} frames/s. Its joint angles were computed from these films, with "
+        f"{TRACKERS[config['capture']['track']['method']]}."
+    ]
+
+
+def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None) -> list[tuple[str, str]]:
+    """Return the facts behind the numbers as pairs of a term and its description.
+
+    Parameters
+    ----------
+    config : the configuration.
+    records : the table ``records``.
+    statistics : the motion statistics, or None where the corpus has no motion.
+    """
+    found = [*_features(config, records), *_models(config), *_scores(config)]
+    if statistics is not None:
+        joints = ", ".join(name.replace("_", " ") for name in dict.fromkeys(statistics["joint"]))
+        found.append(
+            (
+                "motion statistics",
+                f"world positions of the joints {joints} (forearm: the elbow, hand: the wrist), "
+                f"{statistics['fps'].iloc[0]:g} frames/s, finite differences without smoothing, "
+                f"{config['evaluation']['speed_bins']} bins; m/s, m/s², m/s³",
+            )
+        )
+    return [*found, ("seed", str(config["seed"]))]
+
+
+def _features(config: Config, records: pd.DataFrame) -> list[tuple[str, str]]:
+    speech, gesture = config["speech"], config["phrases"]["gesture"]
+    rates = ", ".join(f"{rate:g}" for rate in sorted(records["motion_fps"].dropna().unique()))
+    return [
+        (
+            "speech",
+            f"frames of {words.seconds(speech['frame_s'])}, window {words.seconds(speech['window_s'])}; intensity, "
+            f"pitch lag ({speech['pitch_min_hz']:g} to {speech['pitch_max_hz']:g} Hz), pitch gain, "
+            "and their differences; normalised within each record",
+        ),
+        (
+            "gesture phrases",
+            f"{len(gesture['labels'])} classes with {gesture['states']} states each, from the joint angles of arms "
+            "and forearms"
+            + (f" at {rates} frames/s" if rates else "")
+            + "; scored against phrases found by a model of all records of the actor",
+        ),
+    ]
+
+
+def _models(config: Config) -> list[tuple[str, str]]:
+    phrases = config["phrases"]
+    strict = phrases["folds"] == "strict"
+    return [
+        (
+            "prosody clusters",
+            f"{phrases['prosody']['clusters']} with {phrases['prosody']['states']} states each, the best of "
+            f"{words.counted(phrases['prosody']['restarts'], 'random initialisation')}, without any gesture labels",
+        ),
+        (
+            "folds",
+            "one actor at a time, each record left out in turn; "
+            + ("nothing of it reaches the model" if strict else "prosody clusters see all records, as in the thesis"),
+        ),
+        ("synthesis settings", "; ".join(_settings(config["synthesis"]))),
+    ]
+
+
+def _settings(section: Config, above: str = "") -> list[str]:
+    """Return the settings of a section as text, nested ones with the names above them."""
+    found = []
+    for key, value in section.items():
+        name = f"{above}{key}"
+        if isinstance(value, dict):
+            found += _settings(value, f"{name}.")
+        else:
+            found.append(f"{name} {', '.join(f'{one}' for one in value) if isinstance(value, list) else value}")
+    return found
+
+
+def _scores(config: Config) -> list[tuple[str, str]]:
+    evaluation = config["evaluation"]
+    bins = ", ".join(words.seconds(width) for width in evaluation["bins_s"])
+    return [
+        (
+            "scores",
+            f"on frames of {words.seconds(config['speech']['frame_s'])}; S with bins of {bins}; a boundary counts as "
+            f"found within {words.seconds(evaluation['boundary_tolerance_s'])}; the interior excludes the first "
+            f"{evaluation['interior']['head_s']:g} s and the last {evaluation['interior']['tail_s']:g} s of a record",
+        ),
+        (
+            "means and intervals",
+            "S: mean over gestures and records; other measures: mean over records, weighted by duration. "
+            f"{100 * evaluation['bootstrap']['level']:g} % intervals: {evaluation['bootstrap']['samples']} bootstrap "
+            "samples of records within actors, percentiles widened to correct for few records. Even so, four records "
+            "give little more than their range, which contains the true mean in 87 of 100 cases",
+        ),
+    ]

@@ -1,0 +1,178 @@
+"""The records of a run: the virtual studio's, or those that the configuration lists."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cospeech.data.vocabulary import SCENARIOS
+from cospeech.errors import UserError
+from cospeech.workflow.config import Config
+
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+"""What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
+
+RECORD_FIELDS = (
+    "record", "actor", "scenario", "language", "motion", "views", "audio",
+    "prosody", "gestures", "annotations", "start_s", "end_s",
+)  # fmt: skip
+
+FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
+
+Record = dict[str, Any]
+
+
+def records(config: Config, results: str) -> dict[str, Record]:
+    """Return the records by name, each with every field of ``RECORD_FIELDS`` (None where there is none).
+
+    Raises
+    ------
+    UserError : a record listed twice, without speech or motion, of a missing file, or alone with its actor.
+    """
+    if config["corpus"]["source"] == "studio":
+        listed = _studio_records(config, results)
+    else:
+        listed = _listed_records(config["corpus"]["records"])
+        _check_files(listed)
+    twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
+    if twice:
+        raise UserError(f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own")
+    alone = [name for name, count in Counter(record["actor"] for record in listed).items() if count < 2]
+    if alone:
+        raise UserError(
+            f"config: actor '{alone[0]}' has one record, and leaving it out leaves nothing to learn from; "
+            "add a record or cut the file into excerpts (start_s, end_s)"
+        )
+    return {record["record"]: record for record in listed}
+
+
+def brings(listed: dict[str, Record]) -> frozenset[str]:
+    """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
+
+    Raises
+    ------
+    UserError : where records differ in it, or one brings nothing.
+    """
+    kinds = {}
+    for name, record in listed.items():
+        body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None
+        voice = "audio" if record["audio"] else "prosody" if record["prosody"] else None
+        if body is None or voice is None:
+            missing = "motion (or views, or gestures)" if body is None else "audio (or prosody)"
+            raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
+        kinds[name] = frozenset({body, voice})
+    if not kinds:
+        return frozenset()
+    first_name, first = next(iter(kinds.items()))
+    for name, kind in kinds.items():
+        if kind != first:
+            raise UserError(
+                f"config: record '{name}' brings {' and '.join(sorted(kind))}, but '{first_name}' "
+                f"{' and '.join(sorted(first))}; make two runs of them"
+            )
+    return first
+
+
+def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str, str]]:
+    """Return the pairs of an actor whose model moves and a record whose voice drives it.
+
+    Raises
+    ------
+    UserError : where a pair names an unknown actor or record.
+    """
+    actors = list(dict.fromkeys(record["actor"] for record in listed.values()))
+    pairs = config["transplant"]["pairs"]
+    if pairs == "auto":
+        return [(actors[1], next(iter(listed)))] if len(actors) > 1 else []
+    for pair in pairs:
+        for key, known in (("model", actors), ("voice", list(listed))):
+            if pair[key] not in known:
+                kind = "actor" if key == "model" else "record"
+                raise UserError(
+                    f"config: transplant.pairs: no {kind} is called '{pair[key]}'; there are {', '.join(known)}"
+                )
+    return [(pair["model"], pair["voice"]) for pair in pairs]
+
+
+def _studio_records(config: Config, results: str) -> list[Record]:
+    listed = []
+    for actor in config["studio"]["actors"]:
+        for number in range(actor["records"]):
+            name = f"{actor['actor']}_{number + 1}"
+            raw = f"{results}/corpus/raw/{name}"
+            record = dict.fromkeys(RECORD_FIELDS) | {
+                "record": name,
+                "actor": actor["actor"],
+                "scenario": SCENARIOS[number % len(SCENARIOS)],
+                "language": "Turkish",
+            }
+            if config["studio"]["sound"]:
+                body = {"views": raw} if config["studio"]["film"] else {"motion": f"{raw}.bvh"}
+                record |= body | {"audio": f"{raw}.wav"}
+            else:
+                raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
+                record |= {"gestures": f"{raw}.gestures.parquet", "prosody": f"{raw}.prosody.parquet"}
+            listed.append(record)
+    return listed
+
+
+def _listed_records(given: str | list[Record]) -> list[Record]:
+    if isinstance(given, str):
+        given = _read_sheet(Path(given))
+    return [dict.fromkeys(RECORD_FIELDS) | record for record in given]
+
+
+def _read_sheet(path: Path) -> list[Record]:
+    """Read a record sheet in CSV: the columns of ``RECORD_FIELDS``, empty where there is none."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file)
+            fields = reader.fieldnames or []
+            rows = list(reader)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise UserError(f"{path}: cannot be read as a CSV sheet of records ({error})") from error
+    unknown = [field for field in fields if field not in RECORD_FIELDS]
+    if unknown or not {"record", "actor"} <= set(fields):
+        problem = f"unknown column '{unknown[0]}'" if unknown else "columns 'record' and 'actor' are needed"
+        raise UserError(f"{path}: {problem}; known are {', '.join(RECORD_FIELDS)}")
+    listed = []
+    for line, row in enumerate(rows, start=2):
+        if None in row:
+            raise UserError(f"{path}: line {line} has more cells than the heading")
+        record: Record = {key: value for key, value in row.items() if value}
+        for key in ("start_s", "end_s"):
+            if key in record:
+                try:
+                    record[key] = float(record[key])
+                except ValueError:
+                    raise UserError(
+                        f"{path}: line {line}: {key} '{record[key]}' is not a number of seconds"
+                    ) from None
+        if "record" not in record or "actor" not in record:
+            raise UserError(f"{path}: line {line}: needs a record and an actor")
+        for name in (record["record"], record["actor"]):
+            if not re.fullmatch(NAME, name):
+                raise UserError(
+                    f"{path}: line {line}: '{name}' becomes part of a path; take letters, digits, '-' and '_' only"
+                )
+        listed.append(record)
+    return listed
+
+
+def _check_files(listed: list[Record]) -> None:
+    for record in listed:
+        for field in FILE_FIELDS:
+            if record[field] and not Path(record[field]).is_file():
+                raise UserError(
+                    f"config: record '{record['record']}': no {field} file {record[field]}; correct its path "
+                    "(paths start at the project's folder)"
+                )
+        if record["motion"] and record["views"]:
+            raise UserError(f"config: record '{record['record']}' has both motion and views; leave one of them out")
+        start, end = record["start_s"] or 0.0, record["end_s"]
+        if end is not None and end <= start:
+            raise UserError(f"config: record '{record['record']}': end_s {end} is not after start_s {start}")
