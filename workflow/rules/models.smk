@@ -22,6 +22,13 @@ def gestures_of_model(wildcards):
     return expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=records)
 
 
+def gesture_model(wildcards):
+    """The model that finds gesture phrases in motion."""
+    actor, _, held_out = trained_on(wildcards)
+    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
+    return f"{RESULTS}/phrases/gesture/{place}/model.parquet"
+
+
 def clusters_of_model(wildcards):
     """The segments of the prosody clusters that a model listens to; the clusters' own model lies next to them."""
     actor, _, held_out = trained_on(wildcards)
@@ -67,6 +74,7 @@ if BRINGS >= {"motion", "audio"}:
     rule model:
         input:
             gestures=gestures_of_model,
+            gesture_model=gesture_model,
             clusters=clusters_of_model,
             motions=for_model(f"{RESULTS}/motion/{{record}}.parquet"),
             prosody=for_model(f"{RESULTS}/speech/{{record}}/prosody.parquet", "prosody"),

@@ -21,7 +21,10 @@ NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 ORIGINAL = "original"
 """The name of the actor's own motion in tables of results."""
 
-RESERVED = ("phrases", "phrases_seen", "motion", "units", "decoding", "gestures", "prosody_model")
+RESERVED = (
+    *("phrases", "phrases_seen", "motion", "units", "decoding"),
+    *("gestures", "gesture_model", "prosody_model"),
+)
 """Names of tables that lie next to those of a model, which a model can therefore not use."""
 
 WRONG_SPEECH: dict[Drive, str] = {
