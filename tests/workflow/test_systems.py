@@ -3,6 +3,7 @@
 All tests look at one run: the finished one, and on top of it the two toy systems and five broken ones.
 """
 
+import html
 import shutil
 import subprocess
 import sys
@@ -41,16 +42,16 @@ FAILED = {
     "broken_length": "system 'broken_length' declares that it makes motion, but its motion for record '{record}' has 7 "
     "frames; expected 480",
 }
-DECLARED = '''
+DECLARED = """
 from cospeech.synthesis.declaration import System
 
 SYSTEM = System(name={name!r}, title="Broken", method={module!r}, {how})
-'''
-TRAINING = '''
+"""
+TRAINING = """
 def train(training, settings):
     raise ValueError("there is too little\\nto learn from")
-'''
-LENGTH = '''
+"""
+LENGTH = """
 from cospeech.motion import skeleton
 from cospeech.synthesis.interface import Synthesis, decoding
 
@@ -62,15 +63,13 @@ def synthesise(model, speech, seed):
 
 def to_tables(model):
     return {}
-'''
+"""
 
 
 def install(folder):
     """Install the toy package with pip, and packages that are broken in different ways."""
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--no-index", "--no-deps"]
-    subprocess.run(
-        [*pip, "--no-build-isolation", "--target", str(folder), str(TOY)], check=True, capture_output=True
-    )
+    subprocess.run([*pip, "--no-build-isolation", "--target", str(folder), str(TOY)], check=True, capture_output=True)
     packages = Packages(folder)
 
     def declare(name, how, module=None, rest="", system=None):
@@ -120,11 +119,7 @@ def run(finished, tmp_path_factory):
     (folder / "config.yaml").write_text(yaml.safe_dump(configuration()))
     shutil.copytree(finished.folder, folder / "run", symlinks=True, copy_function=shutil.copy2)
     run = Run(folder / "run", packages=(folder / "packages",))
-    targets = [
-        *(f"evaluation/{name}.parquet" for name in ("record_scores", "session_scores", "motion_statistics")),
-        *("animation/ada_1/comparison.mp4", "models/toy_lift/main/ada"),
-    ]
-    said = run.make(*(f"results/test/{path}" for path in targets), config=folder / "config.yaml")
+    said = run.make("all", "results/test/models/toy_lift/main/ada", config=folder / "config.yaml")
     object.__setattr__(run, "said", said)
     return run
 
@@ -136,6 +131,10 @@ def installed(run, monkeypatch):
 
 
 # ---------------------------------------------------------------- systems that work
+
+
+def exhibit(run, name):
+    return pd.read_csv(run.folder / "reports/test/tables" / f"{name}.csv")
 
 
 @pytest.mark.parametrize("name", ["record_scores", "session_scores"])
@@ -199,6 +198,17 @@ def test_motion_statistics_know_them(run):
     assert {"original", "hsmm", "toy_habits", *LIFT} <= set(table["system"])
 
 
+def test_figures_and_tables_of_the_report_show_them(run):
+    assert {*HABITS, *LIFT} <= set(exhibit(run, "leaderboard")["system"])
+    assert {"toy_habits", "toy_lift"} <= set(exhibit(run, "fig-differences")["system"])
+    assert {"toy_habits", *LIFT} <= set(exhibit(run, "fig-motion")["system"])
+    assert {"hsmm", "toy_lift"} <= set(exhibit(run, "fig-7.5")["sequence"])
+    strips = exhibit(run, "fig-timeline")["strip"].unique()
+    assert {"Toy: lifted hands", "HSMM, emissions weighted"} <= set(strips)
+    page = (run.folder / "reports/test/index.html").read_text()
+    assert all(title in page for title in ("Toy: habits", "Toy: lifted hands"))
+
+
 def test_the_comparison_video_shows_those_that_made_motion(run):
     with av.open(str(run.folder / "results/test/animation/ada_1/comparison.mp4")) as film:
         stream = film.streams.video[0]
@@ -254,6 +264,14 @@ def test_one_that_fails_leaves_empty_tables_and_is_in_no_result(run, name):
     for result in ("record_scores", "session_scores", "differences", "motion_statistics", "motion_histograms"):
         systems = run.result(f"evaluation/{result}.parquet", result)["system"]
         assert not systems.str.startswith("broken").any()
+    for path in (run.folder / "reports/test/tables").glob("*.csv"):
+        assert path.stem == "table-seconds" or "roken" not in path.read_text()
+
+
+def test_the_page_says_what_failed_and_why(run):
+    page = html.unescape((run.folder / "reports/test/index.html").read_text())
+    for message in [*NOT_LOADED.values(), *(message.format(record="ada_1") for message in FAILED.values())]:
+        assert message in page
 
 
 def test_the_traceback_of_a_failure_is_in_the_log(run):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from collections.abc import Iterable
 from typing import Any, Literal
 
@@ -24,6 +25,7 @@ PAPER = "#fffffe"
 """Background of marks that cover what is below; figures themselves have none in SVG."""
 
 BLUE, VERMILLION, AMBER, GREEN, PURPLE = "#2278b5", "#d55e00", "#e08f00", "#009e73", "#a05fa8"
+BROWN, SKY = "#7a4f2b", "#56b4e9"
 
 ROLE_COLOURS = {"system": BLUE, "wrong speech": VERMILLION, "control": FAINT, "ceiling": AMBER}
 
@@ -68,8 +70,9 @@ def gesture_colours(labels: Iterable[str]) -> dict[str, str]:
 
 
 def system_colours(names: Iterable[str]) -> dict[str, str]:
-    """Return a colour for each of a few systems that share a figure."""
-    return dict(zip(names, (VERMILLION, BLUE, GREEN, PURPLE, AMBER, FAINT), strict=False))
+    """Return a colour for each system of a figure; the ninth has that of the first again, and so on."""
+    colours = (VERMILLION, BLUE, GREEN, PURPLE, AMBER, FAINT, BROWN, SKY)
+    return dict(zip(names, itertools.cycle(colours), strict=False))
 
 
 def figure(height_in: float, rows: int = 1, columns: int = 1, **keywords: Any) -> tuple[Figure, Any]:

@@ -59,7 +59,7 @@ class System:
     schemas : import path of the package whose folder contains the schemas in ``tables``, one ``<schema>.yaml`` each.
         Schemas that are not there are those of cospeech.
     settings : names and default values of its own settings, ``synthesis.systems.<name>`` in the configuration.
-    order : position among the systems of its role; small numbers come first.
+    order : position among the systems of its role; small numbers come first, and other packages after cospeech.
     controls : names of its two matched controls, which are the same decoder driven by ``shuffled`` and by ``shifted``
         speech; by default they are formed from the name of the system.
     swept : whether it runs at every setting of the sweep over prosody clusters (systems of cospeech itself only).

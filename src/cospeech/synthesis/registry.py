@@ -107,7 +107,9 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
     for name, system in found.items():
         settings_of(system, chosen[name])
     usable = [system for system in found.values() if virtual or "truth" not in system.needs]
-    ordered = sorted(usable, key=lambda system: (ROLES.index(system.role), system.order, system.name))
+    ordered = sorted(
+        usable, key=lambda system: (ROLES.index(system.role), system.name in origins, system.order, system.name)
+    )
     driven = [system for system in ordered if system.role == "system"]
     controls = [control for system in driven for control in system.matched_controls()]
     rest = [system for system in ordered if system.role != "system"]

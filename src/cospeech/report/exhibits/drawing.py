@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from cospeech.report import output, style
 from cospeech.report.exhibits import EXHIBITS, SOURCES, pictures
 from cospeech.report.exhibits.declaration import Exhibit, load
@@ -39,7 +41,7 @@ def read(work: Job, name: str, run: Run) -> Any:
     Returns
     -------
     The bytes of a picture; or a table, its files one below the other; or such a table for each system, by name, where
-    the files are those of several systems.
+    the files are those of several systems. A system with an empty file has failed, and is left out.
     """
     source, paths = SOURCES[name], list(work.params["sources"][name])
     if source.schema is None:
@@ -49,10 +51,12 @@ def read(work: Job, name: str, run: Run) -> Any:
     if not systems:
         return work.read(paths, source.schema)
     each = len(paths) // len(systems)  # the files come system by system
-    return {
-        system: work.read(paths[place * each : (place + 1) * each], source.schema)
+    found = {
+        system: [work.read(path, source.schema) for path in paths[place * each : (place + 1) * each]]
         for place, system in enumerate(systems)
     }
+    complete = {system: tables for system, tables in found.items() if all(len(table) for table in tables)}
+    return {system: pd.concat(tables, ignore_index=True) for system, tables in complete.items()}
 
 
 def save(exhibit: Exhibit, drawn: Drawing, files: Mapping[str, str]) -> None:
