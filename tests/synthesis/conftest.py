@@ -19,7 +19,7 @@ def one_fold() -> OneFold:
 
 @pytest.fixture
 def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Packages]:
-    """A folder that Python searches first for packages of others; what is imported from it is forgotten afterwards."""
+    """A folder for packages of others, which Python searches first; what they import is forgotten afterwards."""
     folder = tmp_path / "packages"
     folder.mkdir()
     before = set(sys.modules)
