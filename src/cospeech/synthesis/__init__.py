@@ -1,5 +1,5 @@
 """Synthesis systems: from the speech of a record to its gesture phrases or its motion.
 
-Each system lives in a sub-package with its declaration (``declaration.System``), which is registered as an entry
-point, and its method (``interface.Method``).
+Each system is a sub-package with a declaration (``declaration.System``), which is registered as an entry point, and a
+method (``interface.Method``).
 """

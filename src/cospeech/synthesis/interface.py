@@ -14,12 +14,12 @@ from cospeech.data import segments
 from cospeech.data.arrays import Labels
 
 Model = Any
-"""A trained model; only the method that made it looks inside."""
+"""A trained model. Only the method that trained it knows what it contains."""
 
 
 @dataclass(frozen=True)
 class Planted:
-    """What the virtual studio planted, for a ceiling that knows the truth.
+    """What the virtual studio planted: the ground truth, for ceilings.
 
     Attributes
     ----------
@@ -35,13 +35,13 @@ class Planted:
 
 @dataclass(frozen=True)
 class Training:
-    """What a system may learn from: an actor's records, without the one that a fold holds out.
+    """What a system may learn from: an actor's records, except the one that a fold holds out.
 
-    Only what the system's declaration needs is there; the rest is empty or None.
+    What the declaration of the system does not need may be empty or None.
 
     Attributes
     ----------
-    actor : whose records.
+    actor : the actor of the records.
     frame_s : distance between prosody frames in seconds.
     labels : gesture classes.
     symbols : prosody clusters.
@@ -49,8 +49,8 @@ class Training:
     speech : (T,) prosody label of every frame, of each record.
     prosody : prosody table of each record.
     motions : motion table of each record, at its own rate.
-    order : all records of the actor in the order of the corpus, the held-out one among them.
-    planted : the truth of the virtual studio.
+    order : names of all records of the actor in the order of the corpus, including the held-out one.
+    planted : the ground truth of the virtual studio.
     """
 
     actor: str
@@ -67,19 +67,19 @@ class Training:
 
 @dataclass(frozen=True)
 class Speech:
-    """What a system listens to while it synthesises a record.
+    """The speech that drives the synthesis of a record.
 
     Attributes
     ----------
-    record : the record that is synthesised.
+    record : the record to synthesise.
     frame_s : distance between prosody frames in seconds.
     n_frames : length of the record in prosody frames.
-    labels : (T,) prosody label of every frame; empty where the system needs none.
-    prosody : prosody table of T rows, or None.
+    labels : (T,) prosody label of every frame; empty if the system needs none.
+    prosody : prosody table of T rows, or None. Its times are those of the record, whatever record drives it.
     planted : (T,) planted prosody label of every frame, or None.
     driving_record : the record that the speech comes from.
-    shift_s : circular shift: second ``shift_s`` of the driving record is heard first.
-    motion_fps, n_motion_frames : frame rate and length of the motion that a system which makes motion returns.
+    shift_s : circular shift: the speech starts at second ``shift_s`` of the driving record.
+    motion_fps, n_motion_frames : frame rate and length of the motion to return, for systems that make motion.
     """
 
     record: str
@@ -95,13 +95,13 @@ class Speech:
 
 
 class Synthesis(NamedTuple):
-    """What a system made of a record's speech.
+    """What a system made of the speech of a record: phrases or motion, as it declares.
 
     Attributes
     ----------
     decoding : one row on how it was made (schema ``decoding``).
-    phrases : gesture phrases on the prosody frame (schema ``segments``), or None for a system that makes motion.
-    motion : motion table, or None for a system that makes phrases.
+    phrases : gesture phrases on the prosody frame (schema ``segments``); None if the system makes motion.
+    motion : motion table; None if the system makes phrases.
     """
 
     decoding: pd.DataFrame
@@ -113,24 +113,27 @@ class Method(Protocol):
     """The module behind a declaration."""
 
     def train(self, training: Training, settings: Mapping[str, Any]) -> Model:
-        """Return a model of the actor. Systems that share this function share the model."""
+        """Return a model of the actor.
+
+        ``settings`` are the section ``synthesis`` of the configuration, with the system's own settings on top.
+        """
 
     def synthesise(self, model: Model, speech: Speech, seed: int) -> Synthesis:
-        """Return phrases or motion for the speech; the same seed gives the same result."""
+        """Return phrases or motion for the speech. Equal seeds must give equal results."""
 
     def to_tables(self, model: Model) -> dict[str, pd.DataFrame]:
-        """Return the model as the tables that the declaration names."""
+        """Return the model as tables, with the names that the declaration lists."""
 
     def from_tables(self, tables: Mapping[str, pd.DataFrame]) -> Model:
-        """Return the model of these tables, without loss."""
+        """Return the model that ``to_tables`` converted, without loss."""
 
 
 def decoding(speech: Speech, **values: Any) -> pd.DataFrame:
-    """Return the row of schema ``decoding`` for a record; what is not given is null."""
+    """Return the row of schema ``decoding`` for a record; values that are not given are null."""
     columns = ("log_score", "emission_weight", "censoring", "driving_record", "shift_s", "failure")
     return pd.DataFrame({"record": [speech.record]} | {name: [values.get(name)] for name in columns})
 
 
 def phrases_of(speech: Speech, starts: npt.ArrayLike, labels: npt.ArrayLike) -> pd.DataFrame:
-    """Return the segment table of phrases that start at frames ``starts``, (L,), and fill the record."""
+    """Return the segment table of phrases that start at frames ``starts``, (L,), and together fill the record."""
     return segments.from_starts(speech.record, starts, labels, speech.n_frames, 1 / speech.frame_s)

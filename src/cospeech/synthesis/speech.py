@@ -52,12 +52,12 @@ def driving_frames(
     ----------
     lengths : length in frames of each record of the actor.
     drive : ``own``; ``shuffled``: another record drawn at random, cut or repeated to length; ``shifted``: own speech,
-        shifted circularly by a random time of at least ``shift_s`` in either direction. What is drawn depends on
-        seed and record alone, so that the controls of all decoders listen to the same speech.
+        shifted circularly by a random time of at least ``shift_s`` in either direction. What is drawn depends only on
+        the seed and the record, so that the matched controls of all systems are driven by the same speech.
 
     Raises
     ------
-    UserError : where the record is too short for the shift, or is the actor's only one.
+    UserError : if the record is too short for the shift, or is the only one of the actor.
     """
     own = lengths[record]
     if drive == "shuffled":

@@ -17,11 +17,11 @@ Value = TypeVar("Value")
 
 
 class Actor(NamedTuple):
-    """An actor, and the frames and labels that all of the actor's tables use.
+    """An actor, with the frames and labels that all tables of the actor use.
 
     Attributes
     ----------
-    name : the actor. records : the actor's records in the order of the corpus.
+    name : the actor. records : the records of the actor in the order of the corpus.
     frame_s : distance between prosody frames in seconds. labels : gesture classes. symbols : prosody clusters.
     """
 
@@ -49,18 +49,18 @@ def fold(
     motions: Mapping[str, pd.DataFrame] | None = None,
     truth: Truth | None = None,
 ) -> tuple[Training, Streams]:
-    """Return what systems may learn from when ``held_out`` is left out, and the speech of all the actor's records.
+    """Return what systems may learn from if ``held_out`` is left out, and the speech of all records of the actor.
 
     Parameters
     ----------
     held_out : the record to leave out; None for a model of all records.
     gestures : gesture segments of the actor's records at any rate; those of the held-out record are ignored.
     prosody_segments : prosody segments of all the actor's records on the prosody frame.
-    prosody, motions : prosody and motion tables by record, where a system needs them.
+    prosody, motions : prosody and motion tables by record, if a system needs them.
 
     Raises
     ------
-    UserError : where no record is left to learn from, a record has no speech, or segments have gaps.
+    UserError : if no record is left to learn from, a record has no speech, or segments have gaps.
     """
     labels = frame_labels(prosody_segments)
     lengths = {name: len(stream) for name, stream in labels.items()}
@@ -93,7 +93,7 @@ def training_phrases(
 
     Raises
     ------
-    UserError : where no record is left to learn from, a record has no speech, or segments have gaps.
+    UserError : if no record is left to learn from, a record has no speech, or segments have gaps.
     """
     if held_out is not None and held_out not in lengths:
         raise UserError(f"record {held_out}: has no prosody segments; delete the results of its fold and run again")

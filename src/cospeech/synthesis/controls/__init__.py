@@ -1,4 +1,4 @@
-"""Controls and ceilings that need no model of speech: what a system has to beat, and what it can reach at best."""
+"""Controls and ceilings without a model of speech: what a system has to beat, and the best that it can reach."""
 
 from cospeech.synthesis.declaration import System
 

@@ -13,7 +13,7 @@ from cospeech.synthesis.interface import Speech, Synthesis, Training, decoding, 
 
 
 class Model(NamedTuple):
-    """The phrases of the training records, and all records of the actor in order, the held-out one among them."""
+    """The phrases of the training records, and all records of the actor in order, including the held-out one."""
 
     phrases: pool.Pool
     order: tuple[str, ...]
@@ -25,9 +25,9 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
 
 
 def synthesise(model: Model, speech: Speech, seed: int) -> Synthesis:
-    """Return the phrases of the next record, followed by later ones while too short, cut to length.
+    """Return the phrases of the next record, continued by those of later records if necessary, and cut to length.
 
-    After the last record comes the first; a record that is not the actor's gets the records in their order.
+    The last record is followed by the first. A record of another actor gets the records in their order.
     """
     place = model.order.index(speech.record) if speech.record in model.order else -1
     order = [*model.order[place + 1 :], *model.order[: place + 1]]

@@ -1,4 +1,4 @@
-"""The most frequent label all the time: it gets most frames right, and nothing else."""
+"""The most frequent label throughout: many frames are right, and nothing else is."""
 
 from __future__ import annotations
 

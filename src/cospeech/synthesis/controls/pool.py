@@ -1,4 +1,4 @@
-"""The model of a control that needs none: the gesture phrases of the training records."""
+"""The model of controls that estimate nothing: the gesture phrases of the training records."""
 
 from __future__ import annotations
 

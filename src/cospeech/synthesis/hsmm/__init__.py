@@ -1,6 +1,6 @@
 """The hidden semi-Markov model of Özkul 2012, chapter 5: as printed, weighted, sampled, without speech, and planted.
 
-All but the planted one share one training, and so one model; they differ in how they decode it.
+All but the planted one share a model and differ in how they decode it.
 """
 
 from cospeech.synthesis.declaration import System

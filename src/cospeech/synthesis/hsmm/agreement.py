@@ -1,4 +1,4 @@
-"""How well synthesised phrases agree with actual ones: the criterion by which an emission weight is chosen."""
+"""How well synthesised phrases agree with actual ones: the criterion for choosing an emission weight."""
 
 from __future__ import annotations
 

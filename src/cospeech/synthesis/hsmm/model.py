@@ -1,7 +1,7 @@
 """The model that the HSMM systems share: counted probabilities, and a weight of the emissions.
 
 The printed decoder counts a prosody label once per frame although the label holds for a whole intonation phrase, and
-so cuts gestures into pieces. An exponent on the emissions (Sargin 2006, eq. 4.18) mends that.
+therefore cuts gestures into pieces. An exponent of the emissions (Sargin 2006, eq. 4.18) corrects this.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cospeech.synthesis.hsmm.agreement import agreements
 from cospeech.synthesis.interface import Speech, Synthesis, Training, decoding, phrases_of
 
 INNER_FOLDS = 4
-"""Number of models, at most, that are trained to choose an emission weight."""
+"""Maximum number of models that are trained to choose an emission weight."""
 
 
 class Estimate(NamedTuple):
@@ -98,11 +98,11 @@ def choose_weight(
     weights: Sequence[float],
     censoring: Censoring,
 ) -> float:
-    """Return the emission weight that works best for the training records when each is held out in turn.
+    """Return the emission weight that works best on the training records if each is held out in turn.
 
     The criterion is the mean of ``agreements`` over the training records: kappa of the frames minus the boundary
-    distance in mean phrases. Among equals the largest weight wins, which is nearest to the printed model; with a
-    single training record there is nothing to choose by, and the largest weight is returned.
+    distance in mean phrases. Among equals, the largest weight is chosen, which is nearest to the printed model. A
+    single training record cannot be held out; the largest weight is returned then.
     """
     names = list(training.gestures)
     if len(names) < 2:
@@ -133,7 +133,7 @@ def best_weight(
 
 
 def synthesis(path: hsmm.Path, speech: Speech, weight: float, censoring: Censoring) -> Synthesis:
-    """Return the phrases of a path through a model that listened to ``speech``."""
+    """Return the phrases of a path through a model that was driven by ``speech``."""
     row = decoding(
         speech,
         log_score=path.log_score,

@@ -1,4 +1,4 @@
-"""The HSMM with the parameters that the virtual studio planted, listening to the prosody that it planted."""
+"""The HSMM with the parameters that the virtual studio planted, driven by the prosody that it planted."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
 
     Raises
     ------
-    UserError : where nothing was planted.
+    UserError : if nothing was planted.
     """
     planted = training.planted
     if planted is None:
@@ -41,8 +41,8 @@ def synthesise(model: Model, speech: Speech, seed: int) -> Synthesis:
 
     Raises
     ------
-    UserError : where the prosody of the speech was not planted.
+    UserError : if the prosody of the speech was not planted.
     """
     if speech.planted is None:
-        raise UserError(f"{speech.record}: its prosody was not planted by the virtual studio; take another system")
+        raise UserError(f"{speech.record}: its prosody was not planted by the virtual studio; use another system")
     return weighted.synthesise(model, replace(speech, labels=speech.planted), seed)

@@ -1,4 +1,4 @@
-"""A path drawn from the posterior of the weighted HSMM: the best path has too few phrases, and too regular ones."""
+"""A path drawn from the posterior of the weighted HSMM, as the best path has too few and too regular phrases."""
 
 from __future__ import annotations
 
