@@ -84,6 +84,8 @@ include: "workflow/rules/calibration.smk"
 
 
 # Without records a run calibrates a rig, and nothing else.
+MODELS, SWEEP_FIGURES = [], []
+
 if RECORDS:
 
     include: "workflow/rules/systems.smk"
@@ -119,7 +121,7 @@ rule all:
 
 rule sweep:
     input:
-        [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures],
+        SWEEP_FIGURES,
 
 
 rule annotate:
@@ -138,9 +140,7 @@ rule markers:
 
 rule models:
     input:
-        [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
-        if BRINGS >= {"motion", "audio"}
-        else [],
+        MODELS,
 
 
 rule calibration:

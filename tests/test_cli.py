@@ -35,8 +35,9 @@ def exit_of(*arguments):
 def test_help_lists_every_command_and_each_explains_its_options(capsys):
     assert exit_of("--help") == 0
     overview = capsys.readouterr().out
+    assert re.findall(r"^    (\w+) +\w", overview, re.MULTILINE) == ["synthesize", *COMMANDS]
+    assert max(map(len, overview.splitlines())) <= 80
     for command in COMMANDS:
-        assert re.search(rf"^    {command} +\w", overview, re.MULTILINE), command
         assert exit_of(command, "--help") == 0
         page = capsys.readouterr().out
         for option in ("--config FILE", "--cores N", "--dry-run"):

@@ -27,7 +27,9 @@ with job.run(snakemake) as work:
     named = {name: (made[name], schema) for name, schema in system.table_schemas.items()}
     named |= {f"motion~{record}": (motion, "motion") for record, motion in motions.items()}
     named["gestures"] = (gestures[gestures["record"].isin(records)], "segments")
-    named["prosody_model"] = (work.read(work.input.clusters_model, "hmm_model"), "hmm_model")
+    named["gesture_model"] = (work.read(work.input.gesture_model, "hmm_model"), "hmm_model")
+    clusters_model = Path(work.input.clusters).with_name("model.parquet")
+    named["prosody_model"] = (work.read(str(clusters_model), "hmm_model"), "hmm_model")
     card = given["card"] | {
         "system": system.name,
         "variant": work.wildcards.variant,

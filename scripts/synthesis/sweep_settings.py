@@ -19,12 +19,12 @@ with job.run(snakemake) as work:
     tables = work.read_each(records, work.input.prosody, "prosody")
     gestures = work.read(work.input.gestures, "segments")
     systems, planned = [installed(name) for name in given["systems"]], []
-    for place, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
+    for number, (clusters, states) in enumerate(work.followed(given["sweep"], "settings")):
         found = prosody.train(
             [tables[name] for name in given["training"]], clusters, states, given["settings"], given["seed"]
         )
         clustered = prosody.phrases(found.model, tables, frame_s)
-        segments = Path(work.output.segments[place])
+        segments = Path(work.output.segments[number])
         work.write(labelled_hmm.to_table(found.model), segments.with_name("model.parquet"), "hmm_model")
         work.write(found.fit, segments.with_name("fit.parquet"), "hmm_fit")
         work.write(clustered, segments, "segments")
@@ -36,8 +36,8 @@ with job.run(snakemake) as work:
             Driving(streams, record, frame_s, given["seed"]),
         )
         for system in systems:
-            made, variant = session.synthesise(system, driving), given["variants"][place][system.name]
-            folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+            made, (variant, folder) = session.synthesise(system, driving), given["places"][number][system.name]
+            folder = f"{folder}/{record}"
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
             planned.append(made.phrases.assign(system=system.name, variant=variant))

@@ -1,5 +1,7 @@
 """Gesture phrases, or motion, of one record by several systems."""
 
+from pathlib import Path
+
 from cospeech.motion import skeleton
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
@@ -11,10 +13,11 @@ with job.run(snakemake) as work:
     actor = Actor(given["actor"], records, given["frame_s"], given["labels"], given["symbols"])
     truth = None
     if given["planted"]:
+        folder = Path(work.input.planted).parent  # one of the tables that a job plants stands for all of them
         truth = Truth(
-            {name: work.read(f"{given['truth']}/{name}.parquet", name) for name in given["planted"]},
-            work.read(f"{given['truth']}/gesture_phrases.parquet", "segments"),
-            work.read(f"{given['truth']}/prosody_phrases.parquet", "segments"),
+            {name: work.read(str(folder / f"{name}.parquet"), name) for name in given["planted"]},
+            work.read(work.input.planted, "segments"),
+            work.read(str(folder / "prosody_phrases.parquet"), "segments"),
         )
     motions = work.read_each(records, work.input.motions, "motion")
     training, streams = fold(
@@ -34,15 +37,15 @@ with job.run(snakemake) as work:
     planned, failures = [], []
     for system in map(installed, given["systems"]):
         made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
-        variant, failure = given["variants"][system.name], made.decoding["failure"].iloc[0]
-        folder = f"{given['folder']}/{system.name}/{variant}/{record}"
+        (variant, place), failure = given["places"][system.name], made.decoding["failure"].iloc[0]
+        folder = f"{place}/{record}"
         if made.phrases is not None:
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             planned.append(made.phrases.assign(system=system.name, variant=variant))
         if made.motion is not None:
             work.write(made.motion, f"{folder}/motion.parquet", "motion")
         work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
-        if failure:
+        if isinstance(failure, str):
             failures.append(f"{record}: {failure}")
         elif system.name in given["tables"]:
             tables = session.tables(system)

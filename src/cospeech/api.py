@@ -1,35 +1,37 @@
-"""The few functions that a notebook needs: records, prosody, training, synthesis, scores and BVH.
+"""The functions that a notebook needs: load records, measure prosody, train, synthesize, score and write BVH.
 
-They do what the workflow does, on tables in memory.
+They do what the workflow does, on tables in memory: a motion table has one row per frame, a segment table one row per
+gesture phrase. ``data_schema`` describes their columns.
 
 Examples
 --------
 From speech to motion with the small model that comes with the package:
 
 >>> from cospeech import api
->>> performance = api.synthesize("speech.wav", api.load_model())
+>>> model = api.load_model()
+>>> performance = api.synthesize("speech.wav", model)
 >>> api.write_bvh(performance.motion, "speech.bvh")
 """
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import soundfile
 
 from cospeech import __version__
 from cospeech.corpus import intake
 from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import segments, tables, vocabulary
+from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
-from cospeech.formats.sound import RATE_HZ, Sound
+from cospeech.formats import sound as wav
+from cospeech.formats.sound import RATE_HZ
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.segmentation import prosody as clustering
@@ -46,155 +48,220 @@ from cospeech.workflow import records as record_list
 BUNDLED = Path(__file__).parent / "bundled_model"
 """The model of a virtual actor that comes with the package."""
 
+Settings = Mapping[str, Any]
+"""A complete configuration, as ``default_settings`` returns it."""
+
 
 class Record(NamedTuple):
-    """A recording of an actor who talks: motion, prosody, and notes on what was done to the files."""
+    """A recording of an actor who talks.
+
+    Attributes
+    ----------
+    name : name of the record.
+    motion : motion table (schema ``motion``).
+    prosody : prosody features of the speech (schema ``prosody``).
+    sound : (n,) the speech at 16 kHz, full scale 1; None if the record came with a prosody table instead.
+    """
 
     name: str
     motion: pd.DataFrame
     prosody: pd.DataFrame
-    notes: str
+    sound: Floats | None
 
 
 class ActorModel(NamedTuple):
-    """A system trained on an actor's records, with all that new speech needs.
+    """A system trained on an actor's records, with everything needed to synthesize motion for new speech.
 
     Attributes
     ----------
-    card : what the model is and rests on (docs/models.md).
-    system : the declaration of its system. trained : its method and model.
-    prosody_model : finds the prosody clusters of speech.
-    gestures, motions : the motion library: gesture segments, and the motion table of each training record.
+    card : what the model is and which settings it uses (see docs/models.md).
+    system : the declaration of its system.
+    trained : the method of the system and its trained model.
+    gesture_model : the model that finds gesture phrases in motion.
+    prosody_model : the model that finds prosody clusters in speech.
+    gestures : gesture phrases of the training records (schema ``segments``).
+    motions : motion table of each training record; with ``gestures``, the motion library.
     """
 
     card: Mapping[str, Any]
     system: System
     trained: Trained
+    gesture_model: LabelledHMM
     prosody_model: LabelledHMM
     gestures: pd.DataFrame
     motions: Mapping[str, pd.DataFrame]
 
 
 class Performance(NamedTuple):
-    """What a model makes of speech.
+    """What a model synthesizes for speech.
 
     Attributes
     ----------
-    phrases : gesture phrases (schema ``segments``). motion : motion table, as long as the sound to the frame.
-    decoding : one row on how the phrases were found. sound : (n,) the speech at 16 kHz, full scale 1.
+    phrases : gesture phrases (schema ``segments``), as planned or, if the system makes motion, as seen in the motion.
+    motion : motion table (schema ``motion``).
+    decoding : one row that describes how the phrases were found (schema ``decoding``).
+    sound : (n,) the speech at 16 kHz, full scale 1.
     """
 
     phrases: pd.DataFrame
     motion: pd.DataFrame
     decoding: pd.DataFrame
-    sound: np.ndarray
-
-
-def load_record(
-    name: str,
-    motion: str | Path,
-    audio: str | Path,
-    conventions: Mapping[str, Any] | None = None,
-    settings: Mapping[str, Any] | None = None,
-) -> Record:
-    """Load a record from a motion file and its wav file, cut to their common length.
-
-    Parameters
-    ----------
-    name : name of the record.
-    motion : BVH, SMPL-X npz, or a motion table (parquet, csv).
-    conventions : how to read the motion, as ``corpus.motion`` in the configuration: up, unit, joints, zero. By
-        default the skeleton of cospeech in metres.
-    settings : a configuration as ``settings()`` returns it.
-
-    Raises
-    ------
-    UserError : where a file cannot be read, or the two do not fit.
-
-    Examples
-    --------
-    >>> record = load_record("talk_1", "talk_1.bvh", "talk_1.wav")
-    >>> record.motion["left_forearm_x_deg"].size, round(len(record.prosody) * 0.025)
-    (240, 12)
-    """
-    used = settings or default_settings()
-    given = dict.fromkeys(record_list.RECORD_FIELDS) | {"record": name, "actor": name, "audio": str(audio)}
-    how = MotionConventions(**(conventions or used["corpus"]["motion"]))
-    taken = intake.read_record(
-        given | {"motion": str(motion)},
-        str(motion),
-        0.0,
-        how,
-        used["phrases"]["gesture"]["labels"],
-        used["speech"]["frame_s"],
-        used["corpus"]["length_tolerance_s"],
-    )
-    voice = taken.voice if isinstance(taken.voice, np.ndarray) else taken.voice.to_numpy()
-    return Record(name, taken.body, prosody(voice, used, name), str(taken.row["note"].iloc[0] or ""))
+    sound: Floats
 
 
 def default_settings() -> dict[str, Any]:
-    """Return the settings of the demo, which every configuration is laid over.
+    """Return the settings of the demo, the defaults of every configuration.
 
     Examples
     --------
-    >>> default_settings()["speech"]["frame_s"]
+    >>> settings = api.default_settings()
+    >>> settings["speech"]["frame_s"]
     0.025
     """
     return config.defaults()
 
 
-def prosody(
-    sound: str | Path | np.ndarray, settings: Mapping[str, Any] | None = None, record: str = "speech"
-) -> pd.DataFrame:
-    """Return the prosody features of speech (Özkul 2012, 4.2; schema ``prosody``).
+def load_record(
+    motion: str | Path,
+    sound: str | Path,
+    name: str | None = None,
+    *,
+    conventions: Mapping[str, Any] | None = None,
+    settings: Settings | None = None,
+) -> Record:
+    """Load a record from a motion file and its wav file, trimmed to their common duration.
+
+    Parameters
+    ----------
+    motion : BVH file, SMPL-X file (npz), or motion table (parquet, csv).
+    sound : wav file.
+    name : name of the record; by default that of the motion file.
+    conventions : how to read the motion file: up, unit, joints and zero, as in the section ``corpus.motion`` of the
+        configuration. By default, files have the skeleton of cospeech, in metres.
+    settings : configuration; by default that of the demo.
+
+    Raises
+    ------
+    UserError : if a file cannot be read, or motion and sound do not belong together.
+
+    Examples
+    --------
+    >>> record = api.load_record("talk_1.bvh", "talk_1.wav")
+    >>> record.name, len(record.motion), len(record.prosody), len(record.sound)
+    ('talk_1', 240, 480, 192000)
+    """
+    used = settings or default_settings()
+    name = name or Path(motion).stem
+    entry = dict.fromkeys(record_list.RECORD_FIELDS) | {
+        "record": name,
+        "actor": name,
+        "motion": str(motion),
+        "audio": str(sound),
+    }
+    read = intake.read_record(
+        entry,
+        str(motion),
+        0.0,
+        MotionConventions(**(conventions or used["corpus"]["motion"])),
+        used["phrases"]["gesture"]["labels"],
+        used["speech"]["frame_s"],
+        used["corpus"]["length_tolerance_s"],
+    )
+    samples = wav.to_16_bit(np.asarray(read.voice)) / wav.FULL_SCALE
+    return Record(name, read.body, prosody(samples, settings=used, record=name), samples)
+
+
+def record_of_run(folder: str | Path, name: str) -> Record:
+    """Load a record from the results of a workflow run.
+
+    Parameters
+    ----------
+    folder : the results of the run, ``results/<run>``.
+    name : name of the record.
+
+    Raises
+    ------
+    UserError : if the run has not computed the motion and prosody of such a record.
+
+    Examples
+    --------
+    >>> record = api.record_of_run("results/demo", "ada_1")
+    >>> record.motion[["time_s", "left_forearm_x_deg"]].shape
+    (240, 2)
+    """
+    place = Path(folder)
+    path = place / "corpus" / "audio" / f"{name}.wav"
+    return Record(
+        name,
+        tables.read(place / "motion" / f"{name}.parquet", "motion"),
+        tables.read(place / "speech" / name / "prosody.parquet", "prosody"),
+        wav.read(path).samples if path.is_file() else None,
+    )
+
+
+def prosody(sound: str | Path | Floats, *, settings: Settings | None = None, record: str = "speech") -> pd.DataFrame:
+    """Measure the prosody features of speech (Özkul 2012, 4.2).
 
     Parameters
     ----------
     sound : a sound file, or (n,) samples at 16 kHz, full scale 1.
-    settings : a configuration as ``default_settings`` returns it.
+    settings : configuration; by default that of the demo.
+    record : name of the record in error messages.
+
+    Returns
+    -------
+    Table of schema ``prosody``: one row per frame of 25 ms, with intensity, pitch and their derivatives.
+
+    Raises
+    ------
+    UserError : if the sound cannot be read, or is not speech.
 
     Examples
     --------
-    >>> table = prosody("speech.wav")
-    >>> abs(table["intensity"].mean()) < 1e-9
-    True
+    >>> table = api.prosody("speech.wav")
+    >>> len(table), round(float(table["intensity"].std(ddof=0)), 6)
+    (400, 1.0)
     """
-    samples = sound if isinstance(sound, np.ndarray) else _as_recorded(audio.read(sound))
     how = dict((settings or default_settings())["speech"])
     voiced_gain = how.pop("voiced_gain")
-    frames = measuring.measure(samples, RATE_HZ, **how)
+    frames = measuring.measure(_samples(sound, None), RATE_HZ, **how)
     return measuring.features(frames, measuring.statistics(record, frames, voiced_gain), how["frame_s"])
 
 
 def train(
     records: Sequence[Record],
     system: str | None = None,
+    *,
     annotations: pd.DataFrame | None = None,
-    settings: Mapping[str, Any] | None = None,
+    settings: Settings | None = None,
     actor: str = "actor",
 ) -> ActorModel:
     """Train a system on the records of one actor.
 
     Parameters
     ----------
-    records : records of the actor, two or more.
+    records : records of the actor.
     system : name of an installed system; by default the one that the videos of the demo show.
-    annotations : labelled examples of gesture phrases (schema ``annotations``); by default they are read off the
-        joint angles (``first_examples: rules``).
-    settings : a configuration as ``default_settings`` returns it.
+    annotations : annotated examples of gesture phrases (schema ``annotations``); by default, first examples are
+        proposed from the joint angles (``first_examples: rules``).
+    settings : configuration; by default that of the demo.
+    actor : name of the actor on the card of the model.
 
     Raises
     ------
-    UserError : where no such system is installed, or the records do not suffice.
+    UserError : if there is no such system, or the records are not sufficient.
 
     Examples
     --------
-    >>> records = [load_record(name, f"{name}.bvh", f"{name}.wav") for name in ("talk_1", "talk_2")]
-    >>> model = train(records)
+    >>> records = [api.load_record(f"{name}.bvh", f"{name}.wav") for name in ("talk_1", "talk_2")]
+    >>> model = api.train(records)
     >>> model.card["system"], model.card["variant"]
     ('hsmm_weighted', 'clusters~8,states~3')
+    >>> len(api.synthesize("speech.wav", model).motion)
+    200
     """
+    if not records:
+        raise UserError("no records to train on; load at least one")
     used = settings or default_settings()
     shown = used["animation"]["video"]["shown"]
     declared = installed(system or (shown if isinstance(shown, str) else shown[0]))
@@ -208,11 +275,11 @@ def train(
     found = [gesture.phrases(gestures_model, name, motion, annotations) for name, motion in motions.items()]
     gestures = pd.concat(found, ignore_index=True)
     setting, frame_s = sweep.main_setting(dict(used)), used["speech"]["frame_s"]
-    tables = {record.name: record.prosody for record in records}
-    clusters = clustering.train(list(tables.values()), *setting, used["phrases"]["prosody"], used["seed"])
-    clustered = clustering.phrases(clusters.model, tables, frame_s)
+    measured = {record.name: record.prosody for record in records}
+    clusters = clustering.train(list(measured.values()), *setting, used["phrases"]["prosody"], used["seed"])
+    clustered = clustering.phrases(clusters.model, measured, frame_s)
     known = Actor(actor, names, frame_s, how["labels"], vocabulary.prosody_labels(setting.clusters))
-    training, _ = fold(known, None, gestures, clustered, tables, motions)
+    training, _ = fold(known, None, gestures, clustered, measured, motions)
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
     card = {
@@ -228,38 +295,53 @@ def train(
         "smoothing": used["animation"]["smoothing"],
         "motion_fps": skeleton.frame_rate(records[0].motion),
     }
-    return ActorModel(card, declared, trained, clusters.model, gestures, motions)
+    return ActorModel(card, declared, trained, gestures_model, clusters.model, gestures, motions)
 
 
 def load_model(folder: str | Path | None = None) -> ActorModel:
-    """Load a model that ``cospeech run models`` made; without a folder, the bundled one of a virtual actor.
+    """Load a model that was trained by ``cospeech run models``.
+
+    Parameters
+    ----------
+    folder : folder of the model; by default the bundled model of a virtual actor.
 
     Raises
     ------
-    UserError : where the folder holds no model, or it is incomplete, damaged, or of another version.
+    UserError : if the folder contains no model, or the model is incomplete, damaged, or of another version.
 
     Examples
     --------
-    >>> load_model().card["corpus"]
-    'virtual'
+    >>> model = api.load_model()
+    >>> model.card["actor"], model.card["corpus"]
+    ('ada', 'virtual')
     """
-    read = model_folder.read(Path(folder or BUNDLED))
-    system = installed(read.card["system"])
-    missing = [name for name in (*system.tables, "gestures", "prosody_model") if name not in read.tables]
+    place = Path(folder or BUNDLED)
+    read = model_folder.read(place)
+    try:
+        system = installed(read.card["system"])
+    except UserError as error:
+        raise UserError(f"{place}: {error}") from error
+    missing = [
+        name for name in (*system.tables, "gestures", "gesture_model", "prosody_model") if name not in read.tables
+    ]
     if missing:
-        raise UserError(f"{folder}: a model of '{system.name}' has a table '{missing[0]}'; build the model again")
+        raise UserError(
+            f"{place}: not a model of '{system.name}' as installed, which has a table '{missing[0]}'; train it again"
+        )
     with naming(system):
         method = method_of(system)
         trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
     motions = {
         name.removeprefix("motion~"): table for name, table in read.tables.items() if name.startswith("motion~")
     }
-    prosody_model = labelled_hmm.from_table(read.tables["prosody_model"])
-    return ActorModel(read.card, system, trained, prosody_model, read.tables["gestures"], motions)
+    gesture_model, prosody_model = (
+        labelled_hmm.from_table(read.tables[name]) for name in ("gesture_model", "prosody_model")
+    )
+    return ActorModel(read.card, system, trained, gesture_model, prosody_model, read.tables["gestures"], motions)
 
 
 def synthesize(
-    sound: str | Path | Sound,
+    sound: str | Path | Floats,
     model: ActorModel,
     *,
     record: str | None = None,
@@ -267,44 +349,49 @@ def synthesize(
     channel: int | None = None,
     body: pd.DataFrame | None = None,
 ) -> Performance:
-    """Return gestures for speech that is in no corpus.
+    """Synthesize gestures for speech.
 
     Parameters
     ----------
-    sound : a file that PyAV decodes, or a sound that has been read.
-    record : name of the result; by default that of the file. Together with the seed it decides what is drawn.
-    seed : seed of random draws; by default that of the run that made the model.
-    channel : the channel to listen to, counted from 1; by default all channels are mixed.
-    body : motion table for the hips, spine, head and legs, as long as the sound; by default they stand still.
+    sound : a sound file or a video with sound, or (n,) samples at 16 kHz, full scale 1.
+    model : the model of an actor.
+    record : name of the result; by default that of the file. Random draws depend on the seed and on this name.
+    seed : seed of random draws; by default that of the run that trained the model.
+    channel : channel of the file to use, counted from 1; by default all channels are mixed down to one.
+    body : motion table that hips, spine, head and legs are taken from, as long as the sound; by default the body
+        stands still.
+
+    Returns
+    -------
+    Phrases and motion that last as long as the sound, to the frame.
 
     Raises
     ------
-    UserError : where the sound cannot be read or is no speech, or ``body`` is of another length.
+    UserError : if the sound cannot be read or is not speech, or ``body`` is longer or shorter than the sound.
 
     Examples
     --------
-    >>> performance = synthesize("speech.wav", load_model())
-    >>> len(performance.motion), len(performance.sound) / 16000
-    (200, 10.0)
+    >>> performance = api.synthesize("speech.wav", api.load_model(), seed=1)
+    >>> len(performance.sound) / 16000, len(performance.motion) / 25
+    (10.0, 10.0)
+    >>> float(performance.phrases["end_s"].iloc[-1])
+    10.0
     """
-    read = sound if isinstance(sound, Sound) else audio.read(sound, channel)
-    name = record or ("speech" if isinstance(sound, Sound) else Path(sound).stem)
-    samples = _as_recorded(read)
+    samples = _samples(sound, channel)
+    name = record or ("speech" if isinstance(sound, np.ndarray) else Path(sound).stem)
     card, fps = model.card, float(model.card["motion_fps"])
-    table = prosody(samples, card, name)
+    table = prosody(samples, settings=card, record=name)
     frame_s = card["speech"]["frame_s"]
-    heard = labelled_hmm.phrases(model.prosody_model, name, table, 1.0 / frame_s)
+    clusters = labelled_hmm.phrases(model.prosody_model, name, table, 1.0 / frame_s)
     n_frames = max(1, round(len(samples) / RATE_HZ * fps))
-    if body is not None and (len(body) != n_frames or skeleton.frame_rate(body) != fps):
-        raise UserError(
-            f"{name}: the body's motion has {len(body)} frames at {skeleton.frame_rate(body):g} fps; the sound needs "
-            f"{n_frames} at {fps:g} fps"
-        )
+    if body is not None:
+        _check_body(body, len(samples) / RATE_HZ, fps)
+        n_frames = len(body)
     speech = Speech(
         name,
         frame_s,
         len(table),
-        labels=segments.to_labels(heard),
+        labels=segments.to_labels(clusters),
         prosody=table,
         driving_record=name,
         motion_fps=fps,
@@ -312,7 +399,8 @@ def synthesize(
     )
     made = perform(model.system, model.trained, speech, card["seed"] if seed is None else seed)
     if made.motion is not None:
-        return Performance(tables.empty("segments"), made.motion, made.decoding, samples)
+        seen = gesture.unconstrained_phrases(model.gesture_model, name, made.motion)
+        return Performance(seen, made.motion, made.decoding, samples)
     assert made.phrases is not None  # a system makes one or the other
     pool = unit_selection.templates(model.gestures, model.motions)
     units = unit_selection.select(made.phrases, pool, n_frames, fps, card["continuity_weight"])
@@ -321,24 +409,26 @@ def synthesize(
     return Performance(made.phrases, motion, made.decoding, samples)
 
 
-def score(actual: pd.DataFrame, synthesised: pd.DataFrame, settings: Mapping[str, Any] | None = None) -> pd.DataFrame:
-    """Return the scores of synthesised phrases against the actual ones of the same record.
+def score(actual: pd.DataFrame, synthesised: pd.DataFrame, *, settings: Settings | None = None) -> pd.DataFrame:
+    """Score synthesised gesture phrases against the actual ones of the same record.
 
     Parameters
     ----------
     actual, synthesised : segment tables.
-    settings : a configuration as ``default_settings`` returns it.
+    settings : configuration; by default that of the demo.
 
     Returns
     -------
-    Rows of measure, part, gesture, bin_s and value (schema ``record_scores``).
+    Table of schema ``record_scores`` without system and record: measure, part, gesture, bin_s and value.
 
     Examples
     --------
-    >>> phrases = synthesize("speech.wav", load_model()).phrases
-    >>> table = score(phrases, phrases)
-    >>> float(table.loc[table["measure"] == "frames_right", "value"].iloc[0])
-    1.0
+    >>> model = api.load_model()
+    >>> one, other = (api.synthesize("speech.wav", model, seed=seed).phrases for seed in (1, 2))
+    >>> table = api.score(one, other)
+    >>> whole = table[table["part"] == "whole"].set_index("measure")["value"]
+    >>> bool(-1 <= whole["kappa"] <= 1)
+    True
     """
     used = settings or default_settings()
     rules = scores.Rules(
@@ -355,21 +445,26 @@ def score(actual: pd.DataFrame, synthesised: pd.DataFrame, settings: Mapping[str
 
 
 def write_bvh(motion: pd.DataFrame, path: str | Path) -> None:
-    """Write a motion table as BVH.
+    """Write a motion table as BVH, for animation programs: metres, y up.
 
     Examples
     --------
-    >>> write_bvh(synthesize("speech.wav", load_model()).motion, "speech.bvh")
-    >>> Path("speech.bvh").read_text().split()[0]
-    'HIERARCHY'
+    >>> performance = api.synthesize("speech.wav", api.load_model())
+    >>> api.write_bvh(performance.motion, "speech.bvh")
     """
     bvh.write(motion, path)
 
 
-def _as_recorded(read: Sound) -> np.ndarray:
-    """Return the samples as a record of the workflow has them: rounded to 16 bits."""
-    encoded = io.BytesIO()
-    soundfile.write(encoded, read.samples, RATE_HZ, subtype="PCM_16", format="WAV")
-    encoded.seek(0)
-    samples: np.ndarray = soundfile.read(encoded)[0]
-    return samples
+def _samples(sound: str | Path | Floats, channel: int | None) -> Floats:
+    return sound if isinstance(sound, np.ndarray) else audio.read(sound, channel).samples
+
+
+def _check_body(body: pd.DataFrame, duration_s: float, fps: float) -> None:
+    """Raise UserError unless the motion of a body has the model's frame rate and the length of the sound."""
+    body_fps = skeleton.frame_rate(body)
+    # A workflow's motion may be a frame shorter: there, a frame that the sound does not fill is left out.
+    if body_fps != fps or abs(len(body) / fps - duration_s) >= 1 / fps:
+        raise UserError(
+            f"the motion of the body has {len(body)} frames at {body_fps:g} fps; the sound of "
+            f"{duration_s:.3f} s needs {round(duration_s * fps)} at {fps:g} fps"
+        )

@@ -21,7 +21,8 @@ DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestur
 
 EXAMPLES = """\
 examples:
-  cospeech synthesize speech.wav        gestures for your own speech
+  cospeech synthesize speech.wav        gestures for your own speech, as BVH and
+                                        as video
   cospeech report                       run the demo and write its report
   cospeech report --config mine.yaml    the same for your own corpus
   cospeech report --help                show the options of a command
@@ -37,7 +38,7 @@ INTERRUPTED = 130
 def parser() -> Parser:
     """Return the parser of the whole command line."""
     top = Parser("cospeech", description=DESCRIPTION, epilog=EXAMPLES)
-    top.add_argument("--version", action="version", version=f"cospeech {cospeech.__version__}")
+    top.add_argument("-V", "--version", action="version", version=f"cospeech {cospeech.__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for module in COMMANDS:
         module.add(commands)

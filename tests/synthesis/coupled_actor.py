@@ -1,18 +1,19 @@
-"""An actor with planted gestures and speech, and a knob for how much the one tells about the other."""
+"""An actor with planted gestures and speech, and a knob for how much the speech tells about the gestures."""
 
 import numpy as np
 import pandas as pd
 
 from cospeech.data import segments
-from cospeech.data.segments import GESTURES
+from cospeech.data.vocabulary import GESTURES, prosody_labels
+from cospeech.markov import hsmm
 
 FRAME_S = 0.025
 CLUSTERS = 8
-PATTERNS = np.array(segments.prosody_labels(CLUSTERS), dtype=object)
+PATTERNS = np.array(prosody_labels(CLUSTERS), dtype=object)
 INTONATION_S = (0.4, 1.5)
 
 
-class Actor:
+class CoupledActor:
     """Gestures: a semi-Markov process of seven classes. Speech: intonation phrases of eight patterns."""
 
     def __init__(self, seed):
@@ -44,26 +45,39 @@ class Actor:
     def record(self, name, seed, duration_s, coupling):
         """Segment tables of gestures and prosody of one record, drawn from the whole numbers ``seed``.
 
-        A gesture phrase is coupled with probability ``coupling``: then its speech starts and is cut off with it, and
-        draws the gesture's own patterns. A process that knows nothing of gestures speaks over all the others.
+        A gesture phrase is coupled with probability ``coupling``: then its speech starts and ends with it, and draws
+        the patterns of the gesture. During all other phrases the speech is independent of the gestures.
         """
         n_frames = round(duration_s / FRAME_S)
         starts, classes = self.gestures(np.random.default_rng([*seed, 1]), n_frames)
         rng = np.random.default_rng([*seed, 2])
-        heard = self.speech(rng, n_frames, self.patterns)
+        spoken = self.speech(rng, n_frames, self.patterns)
         for start, end, gesture in zip(starts, np.append(starts[1:], n_frames), classes, strict=True):
             if rng.random() < coupling:
-                heard[start:end] = self.speech(rng, end - start, self.own_patterns[gesture])
+                spoken[start:end] = self.speech(rng, end - start, self.own_patterns[gesture])
         labels = np.array(GESTURES, dtype=object)[classes]
         return (
             segments.from_starts(name, starts, labels, n_frames, 1 / FRAME_S),
-            segments.from_labels(name, PATTERNS[heard], 1 / FRAME_S),
+            segments.from_labels(name, PATTERNS[spoken], 1 / FRAME_S),
         )
+
+    def process(self, coupling):
+        """The planted process as a semi-Markov model; its durations are approximate."""
+        durations_s = np.arange(1, 401) * FRAME_S
+        planted = hsmm.HSMM(
+            GESTURES,
+            tuple(PATTERNS),
+            self.initial,
+            self.transitions,
+            (1 - coupling) * self.patterns + coupling * self.own_patterns,
+            np.exp(-0.5 * ((durations_s - self.mean_s[:, None]) / 0.5) ** 2),
+        )
+        return hsmm.floored(planted, 0.0)
 
 
 def corpus(seed, n_records, duration_s, coupling):
     """Gesture and prosody segments of all records of one actor, r0, r1, ..., on the prosody frame."""
-    actor = Actor(seed)
+    actor = CoupledActor(seed)
     records = [actor.record(f"r{r}", [seed, r], duration_s, coupling) for r in range(n_records)]
     gestures, prosody = zip(*records, strict=True)
     return pd.concat(gestures, ignore_index=True), pd.concat(prosody, ignore_index=True)

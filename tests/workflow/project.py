@@ -13,10 +13,14 @@ ROOT = Path(__file__).parents[2]
 
 @dataclass(frozen=True)
 class Project:
-    """A folder that results are written to, and the copy of the program that writes them."""
+    """A folder that results are written to, and the copy of the program that writes them.
+
+    ``packages`` are folders with packages that the program finds as if they were installed.
+    """
 
     folder: Path
     program: Path = ROOT
+    packages: tuple[Path, ...] = ()
 
     def command(
         self, *arguments: str, config: str | Path = ROOT / "config" / "test.yaml", cores: int = 2
@@ -29,7 +33,8 @@ class Project:
 
     @property
     def environment(self) -> dict[str, str]:
-        return os.environ | {"PYTHONPATH": str(self.program / "src"), "PYTHONWARNINGS": "ignore"}
+        folders = [self.program / "src", *self.packages]
+        return os.environ | {"PYTHONPATH": os.pathsep.join(map(str, folders)), "PYTHONWARNINGS": "ignore"}
 
     def run(self, *arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
         """Run Snakemake to its end and return what it said (stdout and stderr together)."""

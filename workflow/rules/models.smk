@@ -22,15 +22,18 @@ def gestures_of_model(wildcards):
     return expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=records)
 
 
-def clusters_of_model(name):
-    """The prosody clusters that a model listens to: their segments, or their model."""
+def gesture_model(wildcards):
+    """The model that finds gesture phrases in motion."""
+    actor, _, held_out = trained_on(wildcards)
+    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
+    return f"{RESULTS}/phrases/gesture/{place}/model.parquet"
 
-    def path(wildcards):
-        actor, _, held_out = trained_on(wildcards)
-        place = f"fold~{held_out}" if held_out else f"actor~{actor}"
-        return f"{RESULTS}/phrases/prosody/{VARIANTS[wildcards.variant].path}/{place}/{name}.parquet"
 
-    return path
+def clusters_of_model(wildcards):
+    """The segments of the prosody clusters that a model listens to; the clusters' own model lies next to them."""
+    actor, _, held_out = trained_on(wildcards)
+    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
+    return f"{RESULTS}/phrases/prosody/{VARIANTS[wildcards.variant].path}/{place}/segments.parquet"
 
 
 def for_model(path, need=None):
@@ -66,12 +69,13 @@ rule prosody_clusters_actor:
 
 
 if BRINGS >= {"motion", "audio"}:
+    MODELS = [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
 
     rule model:
         input:
             gestures=gestures_of_model,
-            clusters=clusters_of_model("segments"),
-            clusters_model=clusters_of_model("model"),
+            gesture_model=gesture_model,
+            clusters=clusters_of_model,
             motions=for_model(f"{RESULTS}/motion/{{record}}.parquet"),
             prosody=for_model(f"{RESULTS}/speech/{{record}}/prosody.parquet", "prosody"),
         output:

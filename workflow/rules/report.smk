@@ -38,6 +38,7 @@ MET = [
     if met
 ]
 EXHIBITS = declared.of_run(MET)
+SWEEP_FIGURES = [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures]
 SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 
 # What the placeholders in the paths of sources stand for.

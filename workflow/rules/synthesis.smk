@@ -10,6 +10,12 @@ def model_tables(systems):
     }
 
 
+def place_of(system, setting=MAIN):
+    """The variant of a system, and the folder of its records."""
+    variant = variant_of(system, setting)
+    return variant, f"{RESULTS}/synthesis/{system}/{variant}"
+
+
 def needed(systems, need):
     """Whether one of these systems needs it."""
     return any(need in SYSTEMS[system].needs for system in systems)
@@ -52,10 +58,8 @@ def params_of(systems, apart):
     return {
         "systems": systems,
         "apart": apart,
-        "folder": f"{RESULTS}/synthesis",
-        "variants": {system: variant_of(system) for system in systems},
+        "places": {system: place_of(system) for system in systems},
         "tables": model_tables(systems),
-        "truth": f"{RESULTS}/corpus/truth",
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
         "shared": SHARED_SETTINGS,
         "own": {name: value for name, value in OWN_SETTINGS.items() if name in systems},
@@ -125,8 +129,7 @@ if SWEEP:
             planned=f"{RESULTS}/evaluation/swept/{{record}}.parquet",
         params:
             systems=SWEPT,
-            folder=f"{RESULTS}/synthesis",
-            variants=[{system: variant_of(system, setting) for system in SWEPT} for setting in SWEEP],
+            places=[{system: place_of(system, setting) for system in SWEPT} for setting in SWEEP],
             tables=model_tables(SWEPT),
             actor=actor_of_fold,
             records=records_of_fold,

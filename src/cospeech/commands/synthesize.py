@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import argparse
-import shutil
+import math
+import signal
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from cospeech.errors import UserError
+from cospeech.kernels import numba_cache
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from cospeech.api import ActorModel, Performance
     from cospeech.commands.parser import Parser
 
@@ -22,14 +28,15 @@ FORMATS = {
     "mp4": (".mp4", "video of the moving body, with the sound"),
     "textgrid": (".TextGrid", "gesture phrases for Praat"),
 }
-"""The formats that can be written: the end of the file's name, and what it holds."""
+"""The formats that can be written: the end of the file's name, and what it contains."""
 
 DESCRIPTION = """\
 Synthesize gestures for speech.
 
-Each sound file becomes motion that is exactly as long as the sound. The same
-file, model and seed give the same bytes. Any format that FFmpeg decodes is
-read, the sound of a video as well."""
+Each sound file becomes motion that is exactly as long as the sound. Any format
+that FFmpeg decodes is read, and the sound of videos. The same file gives the
+same bytes every time; some systems, such as that of the bundled model, make
+other gestures with another --seed."""
 
 EPILOG = (
     "formats:\n"
@@ -39,23 +46,38 @@ EPILOG = (
 examples:
   cospeech synthesize speech.wav
   cospeech synthesize *.wav --out motion/ --format bvh
-  cospeech synthesize interview.mp4 --channel 2 --model results/mine/models/hsmm_weighted/clusters~8,states~3/ada
+  cospeech synthesize interview.mp4 --channel 2 --seed 1
+  cospeech synthesize speech.wav \\
+    --model results/mine/models/hsmm_weighted/clusters~8,states~3/ada
 
-'cospeech run models --config mine.yaml' trains the models of your own corpus in
+'cospeech run models --config mine.yaml' trains models on your own corpus, in
 results/<run>/models/<system>/<variant>/<actor>."""
 )
 
-VIDEO_FPS, VIDEO_HEIGHT_PX = 20.0, 360
+MOST_VIDEO_FPS, VIDEO_HEIGHT_PX = 30.0, 540
+
+COMPILING_S = 10
+"""Time in seconds that the first compilation takes, roughly."""
+
+TERMINATED = 143
+"""Exit status after SIGTERM, as shells define it."""
 
 
 def add(commands: argparse._SubParsersAction[Parser]) -> None:
     """Declare the command."""
     parser = commands.add_parser(
-        "synthesize", help="synthesize gestures for a sound file", description=DESCRIPTION, epilog=EPILOG
+        "synthesize",
+        usage="cospeech synthesize FILE ... [options]",
+        help="synthesize gestures for sound files",
+        description=DESCRIPTION,
+        epilog=EPILOG,
     )
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="sound files with speech")
     parser.add_argument(
-        "--model", type=Path, metavar="FOLDER", help="folder of a trained model (default: a small bundled one)"
+        "--model",
+        type=Path,
+        metavar="FOLDER",
+        help="folder of a trained model (default: the bundled model of a virtual actor)",
     )
     parser.add_argument(
         "--out", type=Path, default=Path(), metavar="FOLDER", help="where to write (default: the current folder)"
@@ -65,20 +87,23 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         type=_formats,
         action="extend",
         metavar="FORMAT[,...]",
-        help=f"what to write: {', '.join(FORMATS)} (default: all)",
+        help=f"what to write: {', '.join(FORMATS)} (default: all of them)",
     )
-    parser.add_argument("--seed", type=_seed, metavar="N", help="seed of random draws (default: the model's)")
+    parser.add_argument("--seed", type=_seed, metavar="N", help="seed of random draws (default: that of the model)")
     parser.add_argument(
-        "--channel", type=_channel, metavar="N", help="channel to listen to, from 1 (default: all channels, mixed)"
+        "--channel",
+        type=_channel,
+        metavar="N",
+        help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
     )
     parser.add_argument(
         "--body",
         type=Path,
         metavar="TABLE",
-        help="motion table to take hips, spine, head and legs from (default: they stand still)",
+        help="motion table to take hips, spine, head and legs from (default: they do not move)",
     )
-    parser.add_argument("--overwrite", action="store_true", help="replace files that exist")
-    parser.set_defaults(execute=run)
+    parser.add_argument("--overwrite", action="store_true", help="replace existing files")
+    parser.set_defaults(execute=run, error=parser.error)
 
 
 def _formats(text: str) -> list[str]:
@@ -90,96 +115,119 @@ def _formats(text: str) -> list[str]:
 
 
 def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0")
+    if not (text.isascii() and text.isdecimal()):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number, 0 or greater")
     return int(text)
 
 
 def _channel(text: str) -> int:
-    if not (text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1")
+    if not (text.isascii() and text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number, 1 or greater")
     return int(text)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Synthesize every file, and return 1 if one of them could not be."""
+    """Synthesize every file, and return 1 if this failed for one of them."""
     twice = [stem for stem, count in Counter(path.stem for path in arguments.files).items() if count > 1]
     if twice:
-        raise UserError(f"two files are called '{twice[0]}', and their results would be too; give them to two calls")
+        arguments.error(f"two files are called '{twice[0]}', and so would their results; give them to two calls")
     formats = list(dict.fromkeys(arguments.format or FORMATS))
-    check_writable(arguments.out)
+    if not numba_cache.is_filled():
+        note(f"compiling the inner loops, which takes about {COMPILING_S} s, only this time")
     from cospeech import api  # not above: it loads pandas and the compiled kernels
+    from cospeech.data import tables
 
     model = api.load_model(arguments.model)
-    card = model.card
+    body = None if arguments.body is None else tables.read(arguments.body, "motion")
+    check_writable(arguments.out)
     if arguments.model is None:
-        print(
-            f"cospeech: no --model given: the bundled model of a virtual actor ('{card['actor']}'); "
-            "it was not learned from people",
-            file=sys.stderr,
-        )
-    print(f"cospeech: {card['system']}, {card['variant']}, of {card['actor']} ({card['corpus']})", file=sys.stderr)
+        note("using the bundled model, which was learned from a virtual actor and not from people")
     failed = False
     for path in arguments.files:
         try:
             targets = {name: arguments.out / f"{path.stem}{FORMATS[name][0]}" for name in formats}
             check_free(targets, arguments.overwrite)
-            synthesize(path, model, targets, arguments)
+            synthesize(path, model, targets, arguments, body)
         except UserError as error:
             failed = True
-            print(f"cospeech: {error}", file=sys.stderr)
+            note(str(error))
     return int(failed)
 
 
+def note(line: str) -> None:
+    """Write one line to stderr: file names alone go to stdout."""
+    print(f"cospeech: {line}", file=sys.stderr, flush=True)
+
+
 def check_writable(folder: Path) -> None:
-    """Make the output folder, and raise UserError where files cannot be written to it."""
+    """Make the output folder, and raise UserError if files cannot be written to it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise UserError(
-            f"{folder}: cannot be written to ({error.strerror}); name another folder with --out"
-        ) from error
+        raise UserError(f"{folder}: not a writable folder ({error.strerror}); name another with --out") from error
 
 
 def check_free(targets: dict[str, Path], overwrite: bool) -> None:
-    """Raise UserError where a file is in the way."""
+    """Raise UserError if a file is in the way."""
     for path in targets.values():
-        if path.is_dir() or (path.exists() and not overwrite):
-            hint = "move it away" if path.is_dir() else "give --overwrite to replace it"
-            raise UserError(f"{path}: already exists; {hint}, or name another folder with --out")
+        if path.is_dir():
+            raise UserError(f"{path}: is a folder; move it away, or name another folder with --out")
+        if path.exists() and not overwrite:
+            raise UserError(f"{path}: already exists; replace it with --overwrite, or name another folder with --out")
 
 
-def synthesize(path: Path, model: ActorModel, targets: dict[str, Path], arguments: argparse.Namespace) -> None:
-    """Synthesize one file; its results appear together, once all of them are whole."""
+def synthesize(
+    path: Path,
+    model: ActorModel,
+    targets: dict[str, Path],
+    arguments: argparse.Namespace,
+    body: pd.DataFrame | None,
+) -> None:
+    """Synthesize one file; the results appear together, once all of them are complete."""
     from cospeech import api
-    from cospeech.data import tables
     from cospeech.formats import audio
 
     sound = audio.read(path, arguments.channel)
-    for note in sound.notes:
-        print(f"cospeech: {path}: {note}", file=sys.stderr)
-    body = None if arguments.body is None else tables.read(arguments.body, "motion")
-    made = api.synthesize(sound, model, record=path.stem, seed=arguments.seed, body=body)
+    for remark in sound.notes:
+        note(f"{path}: {remark}")
+    try:
+        made = api.synthesize(sound.samples, model, record=path.stem, seed=arguments.seed, body=body)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     folder = next(iter(targets.values())).parent
     try:
-        with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=folder) as temporary:
-            parts = {name: Path(temporary, target.name) for name, target in targets.items()}
+        with temporary_folder(folder, path.stem) as temporary:
+            parts = {name: temporary / target.name for name, target in targets.items()}
             for name, part in parts.items():
-                write(name, part, made, model, Path(temporary))
+                write(name, part, made, model, path.stem)
             for name, part in parts.items():
-                shutil.move(part, targets[name])
+                part.replace(targets[name])
     except OSError as error:
-        raise UserError(f"{path}: its results cannot be written ({error.strerror}); nothing was kept") from error
+        raise UserError(f"{path}: its results cannot be written to {folder} ({error.strerror})") from error
     for target in targets.values():
-        print(target)
+        print(target, flush=True)
 
 
-def write(name: str, path: Path, made: Performance, model: ActorModel, folder: Path) -> None:
-    """Write a performance in one format."""
+@contextmanager
+def temporary_folder(parent: Path, stem: str) -> Iterator[Path]:
+    """Give a folder that is removed at the end, after SIGTERM too."""
+
+    def stop(*_: object) -> NoReturn:
+        sys.exit(TERMINATED)
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{stem[:100]}-", dir=parent) as folder:
+            yield Path(folder)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def write(name: str, path: Path, made: Performance, model: ActorModel, record: str) -> None:
+    """Write what was synthesized in one format."""
     card = model.card
-    record, duration_s = made.decoding["record"].iloc[0], len(made.sound) / 16000
     if name == "bvh":
         from cospeech.formats import bvh
 
@@ -190,20 +238,21 @@ def write(name: str, path: Path, made: Performance, model: ActorModel, folder: P
 
         tables.write(made.motion, path, "motion", corpus=card["corpus"], config_hash=settings_hash(dict(card)))
     elif name == "textgrid":
-        from cospeech.formats import textgrid
+        from cospeech.formats import sound, textgrid
 
-        phrases = made.phrases
-        ends = phrases["end_s"].clip(upper=duration_s).tolist()
-        spans = list(
-            zip(phrases["start_s"].tolist(), [*ends[:-1], duration_s], phrases["label"].tolist(), strict=True)
-        )
-        textgrid.write(path, "gesture", spans if len(phrases) else [], duration_s)
+        duration_s = len(made.sound) / sound.RATE_HZ
+        starts, labels = made.phrases["start_s"].tolist(), made.phrases["label"].tolist()
+        # The last phrase ends with the last whole frame of prosody, and the tier with the sound.
+        textgrid.write(path, "gesture", list(zip(starts, [*starts[1:], duration_s], labels, strict=True)), duration_s)
     else:
         from cospeech.formats import sound
+        from cospeech.motion import skeleton
         from cospeech.rendering import video
 
-        wav = folder / "sound.wav"
+        wav = path.with_suffix(".wav")
         sound.write(made.sound, wav)
-        caption = f"{record} · {card['corpus']}"
-        panel = video.Panel(card["system"], made.motion, made.phrases)
-        video.write_video(path, [panel], caption, VIDEO_FPS, VIDEO_HEIGHT_PX, longest_s=None, sound=wav)
+        fps = skeleton.frame_rate(made.motion)
+        fps /= math.ceil(fps / MOST_VIDEO_FPS)  # each picture shows a frame of the motion, and none is shown twice
+        panel = video.Panel(model.system.title, made.motion, made.phrases)
+        caption = f"{record} · model of {card['actor']} ({card['corpus']})"
+        video.write_video(path, [panel], caption, fps, VIDEO_HEIGHT_PX, longest_s=None, sound=wav)

@@ -89,8 +89,8 @@ def schema_folder() -> Path:
 def schema(name: str) -> Schema:
     """Return the schema called ``name``.
 
-    ``<package>:<name>`` is the schema of a third-party package, the file ``<name>.yaml`` in the folder of the package;
-    where the package has no such file, it is the schema ``<name>`` of cospeech.
+    ``<package>:<name>`` is the schema of another package: the file ``<name>.yaml`` in the folder of the package or,
+    if there is none, the schema ``<name>`` of cospeech.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import soundfile
 import soxr
 
@@ -21,7 +22,10 @@ RATE_HZ = 16000
 RATES_HZ = (4000, 768000)
 """Range of the sampling rates of recorded speech."""
 
-SILENT = 2 / 32768
+FULL_SCALE = 32768.0
+"""Value of full scale in 16 bits."""
+
+SILENT = 2 / FULL_SCALE
 """Peak, relative to full scale, up to which a sound may be rounding noise of 16 bits."""
 
 WAV = ("WAV", "WAVEX", "RF64")
@@ -124,9 +128,15 @@ def _as_ours(channels: Floats, rate: int, path: str | Path) -> Sound:
     return Sound(samples, float(rate), notes)
 
 
+def to_16_bit(samples: Floats) -> npt.NDArray[np.int16]:
+    """Return samples rounded to 16 bits; those of a 16-bit file are returned unchanged."""
+    return np.clip(np.round(samples * FULL_SCALE), -FULL_SCALE, FULL_SCALE - 1).astype(np.int16)
+
+
 def write(samples: Floats, path: str | Path) -> None:
     """Write mono sound at ``RATE_HZ`` as a 16-bit wav file; a floating-point one would contain the date."""
     encoded = io.BytesIO()  # libsndfile does not say why writing failed, such as a full disk
-    soundfile.write(encoded, samples, RATE_HZ, subtype="PCM_16", format="WAV")
+    # Rounded here, because libsndfile writes full scale as 32767 and reads it as 32768.
+    soundfile.write(encoded, to_16_bit(samples), RATE_HZ, subtype="PCM_16", format="WAV")
     with tables.replacing(path) as temporary:
-        temporary.write_bytes(encoded.getvalue())
+        temporary.write_bytes(encoded.getbuffer())

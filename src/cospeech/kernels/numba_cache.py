@@ -29,6 +29,11 @@ def keep_apart() -> None:
         os.environ[FOLDER] = str(kept)
 
 
+def is_filled() -> bool:
+    """Return whether anything was compiled yet: the first use of a kernel takes seconds."""
+    return Path(os.environ[FOLDER]).is_dir()
+
+
 def place() -> Path:
     """Return the folder that holds the compiled kernels: within the package or, if that is read-only, the user's.
 

@@ -73,17 +73,21 @@ def measure(
             f"speech: a window of {window_s} s at {rate_hz} Hz cannot resolve pitch from {pitch_min_hz} to "
             f"{pitch_max_hz} Hz; increase pitch_min_hz, decrease pitch_max_hz, or increase window_s"
         )
-    padded = np.pad(np.asarray(samples, dtype=float), width)
-    first = np.round((np.arange(n_frames) + 0.5) * frame_s * rate_hz).astype(np.int64) + width - width // 2
-    windows = np.lib.stride_tricks.sliding_window_view(padded, width)
-    present = np.minimum(first + width, width + len(samples)) - np.maximum(first, width)
+    first = np.round((np.arange(n_frames) + 0.5) * frame_s * rate_hz).astype(np.int64) - width // 2
+    present = np.minimum(first + width, len(samples)) - np.maximum(first, 0)
     lags = np.arange(shortest - 1, longest + 2)  # one more lag at each end, to tell whether a limit is a peak
-    parts = [
-        _measure_block(windows[first[k : k + BLOCK_FRAMES]], present[k : k + BLOCK_FRAMES], lags)
-        for k in range(0, n_frames, BLOCK_FRAMES)
-    ]
+    blocks = [slice(k, k + BLOCK_FRAMES) for k in range(0, n_frames, BLOCK_FRAMES)]
+    parts = [_measure_block(_windows(samples, first[block], width), present[block], lags) for block in blocks]
     intensity, lag, gain = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Frames(intensity, lag / rate_hz, gain)
+
+
+def _windows(samples: Floats, first: npt.NDArray[np.int64], width: int) -> Floats:
+    """Return the windows (n, W) that begin at the samples ``first`` (n,), ascending; zero beyond the ends."""
+    begin, end = int(first[0]), int(first[-1]) + width
+    inside = np.asarray(samples[max(begin, 0) : end], dtype=float)
+    padded = np.pad(inside, (max(-begin, 0), max(end - len(samples), 0)))
+    return np.lib.stride_tricks.sliding_window_view(padded, width)[first - begin]
 
 
 def _measure_block(windows: Floats, present: npt.NDArray[np.int64], lags: npt.NDArray[np.int64]) -> Frames:

@@ -21,7 +21,10 @@ NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 ORIGINAL = "original"
 """The name of the actor's own motion in tables of results."""
 
-RESERVED = ("phrases", "phrases_seen", "motion", "units", "decoding", "gestures", "prosody_model")
+RESERVED = (
+    *("phrases", "phrases_seen", "motion", "units", "decoding"),
+    *("gestures", "gesture_model", "prosody_model"),
+)
 """Names of tables that lie next to those of a model, which a model can therefore not use."""
 
 WRONG_SPEECH: dict[Drive, str] = {
@@ -93,7 +96,7 @@ class System:
         for attribute, kind in _TYPES.items():
             value = getattr(self, attribute)
             if not isinstance(value, kind):
-                raise DeclarationError(f"declares {attribute} {value!r}; expected a {kind.__name__.lower()}")
+                raise DeclarationError(f"declares {attribute} {value!r}; expected {kind.__name__.lower()}")
         for attribute, known in (("role", ROLES), ("makes", get_args(Output)), ("drive", get_args(Drive))):
             value = getattr(self, attribute)
             if value not in known:
@@ -112,7 +115,9 @@ class System:
             if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
                 raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
         if not self.method:
-            raise DeclarationError("declares no method; give the import path of the module that trains and synthesises")
+            raise DeclarationError(
+                "declares no method; give the import path of the module that trains and synthesises"
+            )
         if not self.decoder:
             object.__setattr__(self, "decoder", self.name)
         if self.role == "system" and not self.controls:

@@ -65,7 +65,7 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
 
     Parameters
     ----------
-    chosen : ``synthesis.systems`` of the configuration: the settings of each system by name, or False to leave it out.
+    chosen : ``synthesis.systems`` of the configuration: settings of each system by name, or False to leave it out.
     virtual : whether the corpus has a planted truth.
 
     Raises
@@ -93,8 +93,8 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
             if clash is not None:
                 key = f"{system.name} ({loaded.package})" if system.name in found else system.name
                 failures[key] = (
-                    f"system '{system.name}' of package '{loaded.package}' is left out: package '{owners[clash]}' has "
-                    f"a system '{clash}'; rename one of them"
+                    f"system '{system.name}' of package '{loaded.package}' is left out: package '{owners[clash]}' "
+                    f"has a system '{clash}'; rename one of them"
                 )
                 continue
             found[system.name] = system

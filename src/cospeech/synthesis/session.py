@@ -238,7 +238,7 @@ def _decoding_fault(row: Any, speech: Speech) -> str | None:
 def table_fault(system: System, found: Any) -> str | None:
     """Return what is wrong with the tables of a system's model, or None."""
     if not (isinstance(found, Mapping) and all(isinstance(table, pd.DataFrame) for table in found.values())):
-        return "it returned something else than tables by name"
+        return "it returned no tables by name"
     if set(found) != set(system.tables):
         return f"it returned {', '.join(found) or 'none'}"
     try:
