@@ -225,7 +225,7 @@ def test_the_body_must_be_a_motion_table_as_long_as_the_sound(call):
         in complaint("long.parquet")
     )
     assert "none.parquet: no such file" in complaint("none.parquet")
-    assert "speech.wav: damaged or no Parquet file" in complaint("speech.wav")
+    assert "speech.wav: damaged or not a Parquet file" in complaint("speech.wav")
     assert files() == {"long.parquet"}
     tables.write(motion[:250], "body.parquet", "motion", corpus="virtual", config_hash="0")
     assert call("speech.wav", "--body", "body.parquet", "--format", "table").status == 0
