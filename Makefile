@@ -4,7 +4,7 @@ CONFIG ?= config/demo.yaml
 CORES ?= all
 BIN := .venv/bin
 
-.PHONY: help report sweep verify test lint bench lock clean
+.PHONY: help report sweep verify test lint bench bundled-model lock clean
 
 help:
 	@echo "make report [CONFIG=config/demo.yaml] [CORES=all]  run the workflow to reports/<run>/index.html"
@@ -13,6 +13,7 @@ help:
 	@echo "make test                                          the tests"
 	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
+	@echo "make bundled-model                                 train the model that comes with the package (docs/models.md)"
 
 report: .venv/report.stamp
 	$(BIN)/cospeech report --config $(CONFIG) --cores $(CORES)
@@ -40,6 +41,15 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
 	$(BIN)/python bench/capture.py
+
+MODEL := results/bundled/models/hsmm_sampled/clusters~8,states~3/ada
+BUNDLED := src/cospeech/bundled_model
+
+bundled-model: .venv/report.stamp
+	$(BIN)/cospeech run $(MODEL) --config config/bundled.yaml --cores $(CORES)
+	rm -rf $(BUNDLED)
+	mkdir $(BUNDLED)
+	cp $(MODEL)/model.json $(MODEL)/*.parquet $(BUNDLED)
 
 # The environments are made from hash-locked requirements; the package itself is installed in place.
 .venv/report.stamp: requirements.lock pyproject.toml

@@ -142,5 +142,5 @@ def test_a_system_of_motion_has_the_phrases_that_are_seen_in_it(model, speech):
     assert made.motion.equals(next(iter(model.motions.values())).iloc[:250])
     assert made.phrases["end_frame"].iloc[-1] == 250
     assert len(set(made.phrases["label"])) > 1
-    with pytest.raises(UserError, match="declares that it makes phrases, but returned none"):
+    with pytest.raises(UserError, match="declares that it makes phrases, but it returned no phrases"):
         api.synthesize(speech, mover._replace(system=model.system))

@@ -225,7 +225,7 @@ def test_the_body_must_be_a_motion_table_as_long_as_the_sound(call):
         in complaint("long.parquet")
     )
     assert "none.parquet: no such file" in complaint("none.parquet")
-    assert "speech.wav: damaged or no Parquet file" in complaint("speech.wav")
+    assert "speech.wav: damaged or not a Parquet file" in complaint("speech.wav")
     assert files() == {"long.parquet"}
     tables.write(motion[:250], "body.parquet", "motion", corpus="virtual", config_hash="0")
     assert call("speech.wav", "--body", "body.parquet", "--format", "table").status == 0
@@ -294,10 +294,11 @@ def test_a_full_disk_leaves_nothing(call, interrupted):
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interruption_leaves_nothing(call, interrupted, number, status):
+    before = signal.getsignal(signal.SIGTERM)
     interrupted(lambda: os.kill(os.getpid(), number))
     ended = call("speech.wav", "--format", QUICK)
     assert (ended.status, ended.out, files()) == (status, [], set())
-    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGTERM) == before
 
 
 def test_the_first_compilation_is_announced(call, tmp_path):

@@ -162,7 +162,7 @@ def test_nothing_of_the_held_out_record_reaches_its_model(finished, tmp_path):
     inside[["start_s", "end_s", "gesture"]].to_csv(head, index=False)
     other = {"motion": str(raw / "ada_2.bvh"), "audio": str(raw / "ada_2.wav"), "end_s": 20.0}
     exchanged = plain | {"ada_1": other | {"annotations": str(head)}}
-    target = "results/tried/synthesis/hsmm_weighted/clusters~4,states~3/ada_1/decoding.parquet"
+    target = "results/tried/synthesis/hsmm_weighted/clusters~4,states~3/ada_1/phrases.parquet"
     one, two = Project(tmp_path / "one"), Project(tmp_path / "two")
     for project, records in ((one, plain), (two, exchanged)):
         project.folder.mkdir()

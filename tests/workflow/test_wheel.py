@@ -1,6 +1,7 @@
 """The wheel holds the whole workflow, which runs from an installation away from the repository."""
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -94,3 +95,13 @@ def test_the_workflow_runs_from_an_empty_folder_and_leaves_the_installation_alon
     cospeech("verify", "--config", "mine.yaml", "--cores", "1")
     assert {path.name for path in tmp_path.iterdir()} == {"mine.yaml", "results", "reports", ".snakemake"}
     assert files(package) == before
+
+
+def test_the_bundled_model_in_the_wheel_is_small_and_moves_to_new_speech(wheel, cospeech, recordings, tmp_path):
+    with zipfile.ZipFile(wheel) as archive:
+        packed = [entry for entry in archive.infolist() if entry.filename.startswith("cospeech/bundled_model/")]
+    assert sum(entry.compress_size for entry in packed) < 2_000_000
+    shutil.copy(recordings / "speech.wav", tmp_path)
+    said = cospeech("synthesize", "speech.wav", "--format", "bvh", "--out", "motion")
+    assert "motion/speech.bvh\n" in said
+    assert (tmp_path / "motion" / "speech.bvh").read_text().count("\n") > 250

@@ -80,7 +80,7 @@ def made_from(sources):
     return outputs_for(path for paths in sources.values() for path in paths)
 
 
-def files_of(exhibits):
+def exhibit_files(exhibits):
     """The files of some exhibits; the first of each has a caption in Snakemake's own report."""
     files = []
     for exhibit in exhibits:
@@ -114,7 +114,7 @@ rule exhibits:
         sources=made_from(sources_of(OTHER_EXHIBITS)),
         published=PUBLISHED,
     output:
-        *files_of(OTHER_EXHIBITS),
+        *exhibit_files(OTHER_EXHIBITS),
     params:
         **drawn_with(OTHER_EXHIBITS),
     message:
@@ -128,7 +128,7 @@ rule score_exhibits:
         sources=made_from(sources_of(OF_SCORES)),
         published=PUBLISHED,
     output:
-        *files_of(OF_SCORES),
+        *exhibit_files(OF_SCORES),
     params:
         **drawn_with(OF_SCORES),
     message:
