@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import subprocess
 import sys
 from dataclasses import fields
@@ -182,6 +183,58 @@ def test_every_schema_can_be_read():
         known = {column.name for column in table.columns}
         assert set(table.key) <= known
         assert all(column.type in tables.ARROW_TYPES and column.meaning for column in table.columns)
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """The name of a package with a schema of its own."""
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    folder = tmp_path / "site" / "package_with_schema"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").write_text("raise ImportError('a schema does not need its package')")
+    text = "name: hops\nversion: 3\ntitle: Hops\ncolumns:\n  height_m: { type: float64, unit: m, meaning: height }\n"
+    (folder / "hops.yaml").write_text(text)
+    tables.schema.cache_clear()
+    yield "package_with_schema"
+    tables.schema.cache_clear()
+
+
+def test_a_schema_can_lie_in_another_package(package, tmp_path):
+    hops = pd.DataFrame({"height_m": [0.5, 0.25]})
+    write(hops, tmp_path / "hops.parquet", f"{package}:hops")
+    pd.testing.assert_frame_equal(tables.read(tmp_path / "hops.parquet", f"{package}:hops"), hops)
+    found = tables.read_metadata(tmp_path / "hops.parquet")
+    assert (found["schema"], found["schema_version"]) == (f"{package}:hops", "3")
+    assert verify.problems(tmp_path) == []
+    with pytest.raises(UserError, match=r"column 'height_m' is missing; a package_with_schema:hops table has"):
+        write(hops.rename(columns={"height_m": "height"}), tmp_path / "x.parquet", f"{package}:hops")
+    write(ANNOTATIONS, tmp_path / "annotations.parquet", f"{package}:annotations")  # that of cospeech
+    assert tables.read_metadata(tmp_path / "annotations.parquet")["schema"] == "annotations"
+    with pytest.raises(KeyError, match=r"no schema skips\.yaml"):
+        tables.schema(f"{package}:skips")
+
+
+def test_a_table_whose_package_is_not_installed_is_named(package, tmp_path, monkeypatch):
+    path = tmp_path / "hops.parquet"
+    write(pd.DataFrame({"height_m": [0.5]}), path, f"{package}:hops")
+    monkeypatch.setattr(sys, "path", [folder for folder in sys.path if not folder.startswith(str(tmp_path))])
+    tables.schema.cache_clear()
+    message = f"{path}: schema '{package}:hops': no package '{package}' is installed; install it"
+    with pytest.raises(UserError, match=re.escape(message)):
+        tables.read(path, f"{package}:hops")
+    assert verify.problems(tmp_path) == [message]
+
+
+@pytest.mark.parametrize("name", ["no.such.package:hops", "..:hops", ".a:hops", "sys:hops", "pytest:../hops"])
+def test_a_nonsensical_schema_is_refused(name):
+    with pytest.raises((UserError, KeyError)):
+        tables.schema(name)
+
+
+@pytest.mark.parametrize("name", ["segments", "motion", "units", "decoding"])
+def test_an_empty_table_is_valid(name, tmp_path):
+    write(tables.empty(name), tmp_path / "empty.parquet", name)
+    assert len(tables.read(tmp_path / "empty.parquet", name)) == 0
 
 
 def keys_without_value(node):

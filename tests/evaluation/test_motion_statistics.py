@@ -128,3 +128,10 @@ def test_motionless_originals_still_have_bins():
     statistics, _ = motion.statistics(still, {"a1": "a", "a2": "a"}, 10)
     assert (statistics["mean"] == 0).all()
     assert pd.notna(statistics.loc[statistics["system"] == motion.OTHER_ORIGINAL, "hellinger"]).all()
+
+
+def test_a_system_that_made_no_motion_of_one_record_is_left_out():
+    known = motion.statistics(motions(), ACTORS, 40)
+    failed = {("failed", record): table()[: 0 if record == "b1" else None] for record in ACTORS}
+    for found, expected in zip(motion.statistics(motions() | failed, ACTORS, 40), known, strict=True):
+        pd.testing.assert_frame_equal(found, expected)

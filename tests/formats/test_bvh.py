@@ -87,6 +87,14 @@ def test_writing_twice_gives_the_same_bytes(tmp_path):
     assert (tmp_path / "a.bvh").read_bytes() == (tmp_path / "b.bvh").read_bytes()
 
 
+def test_a_motion_without_frames_has_a_frame_rate_only_if_it_is_given_one(tmp_path):
+    bvh.write(random_motion(1).iloc[:0], tmp_path / "empty.bvh", 20.0)
+    lines = (tmp_path / "empty.bvh").read_text().splitlines()
+    assert lines[-2:] == ["Frames: 0", "Frame Time: 0.0500000000"]
+    with pytest.raises(IndexError):
+        bvh.write(random_motion(1).iloc[:0], tmp_path / "empty.bvh")
+
+
 def test_any_order_of_channels_is_read_as_declared(tmp_path):
     (tmp_path / "a.bvh").write_text(TINY)
     clip = bvh.read(tmp_path / "a.bvh")

@@ -8,8 +8,8 @@ from coupled_actor import FRAME_S, PATTERNS, CoupledActor, corpus
 
 from cospeech.data import segments
 from cospeech.data.vocabulary import GESTURES
-from cospeech.markov import hsmm
 from cospeech.motion import skeleton
+from cospeech.synthesis.hsmm.tables import to_tables
 from cospeech.synthesis.registry import registered
 from cospeech.synthesis.session import Driving, Session
 from cospeech.synthesis.training import Actor, Truth, fold
@@ -65,7 +65,7 @@ def truth_of(actor, gestures, prosody):
     return Truth(
         {
             name: pd.concat([table.assign(actor="somebody"), table.assign(actor="ada")], ignore_index=True)
-            for name, table in hsmm.to_tables(actor.process(COUPLING), FRAME_S).items()
+            for name, table in to_tables(actor.process(COUPLING), FRAME_S).items()
         },
         gestures,
         prosody,

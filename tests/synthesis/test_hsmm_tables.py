@@ -1,11 +1,9 @@
 """The tables of the HSMM: a model comes back from them unchanged, and they alone give the score of a path."""
 
-import itertools
-import math
-
 import numpy as np
 import pandas as pd
 import pytest
+from path_score import score_by_rows
 
 from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
@@ -31,29 +29,6 @@ def model_of(rng, n_bins, floor=1e-6):
         durations=rows(n_gestures, n_bins),
     )
     return hsmm.floored(drawn, floor)
-
-
-def score_by_rows(model_tables, phrases, observed, weight, censoring):
-    """The score of a path, looked up row by row in the tables."""
-    look = {
-        "initial": model_tables["initial"].set_index("gesture")["probability"].to_dict(),
-        "transitions": model_tables["transitions"].set_index(["from_gesture", "to_gesture"])["probability"].to_dict(),
-        "emissions": model_tables["emissions"].set_index(["gesture", "prosody"])["probability"].to_dict(),
-        "durations": model_tables["durations"].set_index(["gesture", "bin"])["probability"].to_dict(),
-    }
-    n_bins = int(model_tables["durations"]["bin"].max())
-    rows = list(phrases.itertuples())
-    terms = [math.log(look["initial"][rows[0].label])]
-    terms += [math.log(look["transitions"][before.label, after.label]) for before, after in itertools.pairwise(rows)]
-    for row in rows:
-        length = row.end_frame - row.start_frame
-        longer = range(length, n_bins + 1) if row is rows[-1] and censoring == "right" else [length]
-        terms.append(math.log(min(1.0, math.fsum(look["durations"][row.label, k] for k in longer))))
-        terms += [
-            weight * math.log(look["emissions"][row.label, observed[t]])
-            for t in range(row.start_frame, row.end_frame)
-        ]
-    return math.fsum(terms)
 
 
 def test_a_model_comes_back_from_its_files_unchanged(tmp_path):

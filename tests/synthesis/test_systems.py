@@ -1,7 +1,6 @@
 """Every system covers its record, learns from nothing else than its training data, and does what its name says."""
 
 import inspect
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -21,6 +20,7 @@ from one_fold import (
     prosody_tables,
     truth_of,
 )
+from path_score import score_by_rows
 
 from cospeech.data import segments, tables
 from cospeech.data.vocabulary import GESTURES
@@ -37,25 +37,6 @@ SYSTEMS = all_systems()
 TOYS = ("toy_habits", "toy_lift")
 CLOSED = ("random", "clock", "majority", "another")
 """Systems without an HSMM."""
-
-
-def path_score(model_tables, phrases, observed, weight, censoring="none"):
-    """The score of a segment table under the tables of a model, summed term by term from its definition."""
-    probability = {
-        name: table.set_index(list(table.columns[: table.columns.get_loc("probability")]))["probability"]
-        for name, table in (
-            model_tables | {"durations": model_tables["durations"].drop(columns="duration_s")}
-        ).items()
-        if "probability" in table
-    }
-    labels, lengths = list(phrases["label"]), list(phrases["end_frame"] - phrases["start_frame"])
-    score = np.log(probability["initial"][labels[0]])
-    score += sum(np.log(probability["transitions"][pair]) for pair in pairwise(labels))
-    score += sum(np.log(probability["durations"][pair]) for pair in zip(labels[:-1], lengths[:-1], strict=True))
-    last = probability["durations"][labels[-1]]
-    at_end = last[last.index >= lengths[-1]].sum() if censoring == "right" else last[lengths[-1]]
-    emitted = zip(segments.to_labels(phrases), observed, strict=True)
-    return score + np.log(min(at_end, 1.0)) + weight * sum(np.log(probability["emissions"][pair]) for pair in emitted)
 
 
 @pytest.fixture(scope="module")
@@ -96,11 +77,8 @@ def test_every_score_can_be_recomputed_from_the_tables(one_fold, censoring):
         source = streams[row["driving_record"] or HELD_OUT]
         observed = np.resize(np.roll(source, -round((row["shift_s"] or 0.0) / FRAME_S)), N_FRAMES)
         found = session.tables(SYSTEMS[name])
-        score = path_score(found, one.phrases, observed, row["emission_weight"], row["censoring"])
-        assert score == pytest.approx(row["log_score"], abs=1e-8)
-        assert hsmm.path_score(
-            found, one.phrases, observed, row["emission_weight"], row["censoring"]
-        ) == pytest.approx(row["log_score"], abs=1e-9)
+        score = score_by_rows(found, one.phrases, observed, row["emission_weight"], row["censoring"])
+        assert score == pytest.approx(row["log_score"], abs=1e-9)
         assert row["censoring"] == censoring
         checked.append(name)
     assert checked == [name for name in SYSTEMS if name not in CLOSED]
@@ -109,7 +87,7 @@ def test_every_score_can_be_recomputed_from_the_tables(one_fold, censoring):
 
 def test_the_best_path_scores_higher_than_the_paths_of_other_systems_on_the_same_speech(one_fold, made, model_tables):
     def score(name, weight):
-        return hsmm.path_score(model_tables, made[name].phrases, one_fold.streams.labels[HELD_OUT], weight)
+        return score_by_rows(model_tables, made[name].phrases, one_fold.streams.labels[HELD_OUT], weight)
 
     others = ("hsmm_weighted", "hsmm_sampled", "random", "prior", "shuffled", "shifted", "clock")
     assert all(score("hsmm", 1.0) > score(name, 1.0) for name in others)

@@ -302,6 +302,14 @@ def test_what_makes_motion_need_not_be_named_to_be_shown():
     configuration.check_systems(config, SYSTEMS, frozenset({"motion"}))
 
 
+def test_what_could_not_be_loaded_can_be_named_and_is_not_missed():
+    config = changed(animation__systems=["listens", "draws", "lost"], animation__video__shown=["lost", "moves"])
+    configuration.check_systems(config, SYSTEMS, frozenset({"motion"}), {"lost"})
+    config = changed(animation__systems=["listens", "lost"], animation__video__shown="listens")
+    with pytest.raises(UserError, match="must contain a control"):
+        configuration.check_systems(config, SYSTEMS, frozenset({"motion"}), {"lost"})
+
+
 def test_transplants_name_actors_and_records():
     listed = {name: {"actor": name[0]} for name in ("a1", "a2", "b1", "b2")}
     assert record_list.transplants(DEMO, listed) == [("b", "a1")]
