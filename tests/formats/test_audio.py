@@ -82,7 +82,8 @@ def test_a_tone_in_other_formats_keeps_its_pitch_level_and_length(tmp_path, name
     # Lossy formats are padded to whole frames of at most 2048 samples at either end.
     assert -0.001 <= heard.duration_s - 1 <= 2 * 2048 / rate
     inner = heard.samples[4800:12800]
-    assert np.abs(inner).max() == pytest.approx(0.4, rel=0.1)
+    # The level of a tone is its power: the AAC encoder of FFmpeg 8 leaves a burst of a few samples.
+    assert np.sqrt(2 * np.mean(inner**2)) == pytest.approx(0.4, rel=0.1)
     assert np.argmax(np.abs(np.fft.rfft(inner))) * 2 == pytest.approx(440, abs=2)
 
 

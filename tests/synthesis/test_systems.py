@@ -29,7 +29,7 @@ from cospeech.markov import hsmm
 from cospeech.motion import skeleton
 from cospeech.synthesis.hsmm import model as hsmm_model
 from cospeech.synthesis.interface import Method, Speech, Training
-from cospeech.synthesis.session import Driving, Session, method_of
+from cospeech.synthesis.session import Driving, Session, Trained, method_of, synthesise
 from cospeech.synthesis.speech import Streams
 from cospeech.synthesis.training import fold
 
@@ -172,7 +172,7 @@ def check_round_trip(one_fold, system, folder):
         assert (folder / f"first/{name}.parquet").read_bytes() == (folder / f"second/{name}.parquet").read_bytes()
     speech = driving.speech(system)
     for seed in (SEED, 1):
-        before, after = method.synthesise(model, speech, seed), method.synthesise(read, speech, seed)
+        before, after = (synthesise(system, Trained(method, one), speech, seed) for one in (model, read))
         for one, other in zip(before, after, strict=True):
             assert (one is None) == (other is None)
             if one is not None:

@@ -98,7 +98,7 @@ def unwrap(angles_deg: Floats) -> Floats:
 def motion_table(root_m: Floats, angles_deg: Floats, fps: float) -> pd.DataFrame:
     """Return the motion table of root positions (T, 3) in metres and joint angles (T, J, 3) in degrees."""
     n_frames = len(root_m)
-    values = np.column_stack([root_m, angles_deg.reshape(n_frames, -1)])
+    values = np.column_stack([root_m, angles_deg.reshape(n_frames, 3 * len(JOINTS))])
     table = pd.DataFrame(values, columns=[*ROOT_COLUMNS, *angle_columns()])
     table.insert(0, "frame", np.arange(n_frames))
     table.insert(1, "time_s", (np.arange(n_frames) + 0.5) / fps)

@@ -63,6 +63,7 @@ class System:
     controls : names of its two matched controls, which are the same decoder driven by ``shuffled`` and by ``shifted``
         speech; by default they are formed from the name of the system.
     swept : whether it runs at every setting of the sweep over prosody clusters (systems of cospeech itself only).
+    live : whether it can run frame by frame as speech is heard (see ``live.LiveMethod``).
     decoder : name of the system that the method belongs to: its own name, except for matched controls.
     drive : the speech that drives it.
 
@@ -85,6 +86,7 @@ class System:
     order: int = 1000
     controls: tuple[str, ...] = ()
     swept: bool = False
+    live: bool = False
     decoder: str = ""
     drive: Drive = "own"
 

@@ -16,6 +16,7 @@ import pandas as pd
 from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
+from cospeech.synthesis import live
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Method, Model, Speech, Synthesis, Training, decoding
 from cospeech.synthesis.registry import settings_of
@@ -140,11 +141,19 @@ def perform(
     UserError : if it returns something other than what it declares, or something of the wrong length.
     """
     with naming(system):
-        made = trained.method.synthesise(trained.model, speech, seed)
+        made = synthesise(system, trained, speech, seed)
     problem = fault(system, made, speech, labels)
     if problem:
         raise UserError(f"system '{system.name}' declares that it makes {system.makes}, but {problem}")
     return made
+
+
+def synthesise(system: System, trained: Trained, speech: Speech, seed: int) -> Synthesis:
+    """Return what a trained system makes of speech; a live system takes it frame by frame."""
+    if system.live:
+        method: Any = trained.method
+        return live.by_steps(method, system.makes, trained.model, speech, seed)
+    return trained.method.synthesise(trained.model, speech, seed)
 
 
 @contextmanager

@@ -22,5 +22,6 @@ SYSTEMS = (
         tables={"lift": "lift"},
         schemas="toy_gestures",
         settings={"highest_deg": 70.0},
+        live=True,
     ),
 )

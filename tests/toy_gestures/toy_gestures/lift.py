@@ -1,10 +1,20 @@
-"""Both hands rise with the intensity of the speech."""
+"""Both hands rise with the intensity of the speech, while it is heard."""
 
 import numpy as np
 import pandas as pd
 
 from cospeech.motion import skeleton
-from cospeech.synthesis.interface import Synthesis, decoding
+
+
+class State:
+    """The intensities heard so far, and the number of frames that have been shown."""
+
+    def __init__(self, model, stream):
+        self.model = model
+        self.stream = stream
+        self.times_s = []
+        self.intensities = []
+        self.n_shown = 0
 
 
 def train(training, settings):
@@ -14,15 +24,35 @@ def train(training, settings):
     return pd.DataFrame({"low": [low], "high": [high], "highest_deg": [settings["highest_deg"]]})
 
 
-def synthesise(model, speech, seed):
-    """Return the motion of a standing body whose forearms are bent in proportion to the intensity."""
-    low, high, highest_deg = model.iloc[0]
-    motion = skeleton.standing(speech.n_motion_frames, speech.motion_fps)
-    intensity = np.interp(motion["time_s"], speech.prosody["time_s"], speech.prosody["intensity"])
+def start(model, stream, seed):
+    """Return the state before anything is heard."""
+    return State(model, stream)
+
+
+def step(state, heard):
+    """Return the frames up to the time that has been heard."""
+    state.times_s.append(heard.time_s)
+    state.intensities.append(heard.features["intensity"])
+    return _frames(state, int(np.floor(heard.time_s * state.stream.motion_fps + 0.5)))
+
+
+def end(state, speech):
+    """Return the last frames; they keep the intensity that was heard last."""
+    return _frames(state, speech.n_motion_frames)
+
+
+def _frames(state, end):
+    """Return the frames from those that have been shown up to ``end``: bodies with bent forearms."""
+    low, high, highest_deg = state.model.iloc[0]
+    first, fps = state.n_shown, state.stream.motion_fps
+    state.n_shown = max(first, end)
+    motion = skeleton.standing(state.n_shown - first, fps)
+    motion["frame"] += first
+    motion["time_s"] = (motion["frame"] + 0.5) / fps
+    intensity = np.interp(motion["time_s"], state.times_s, state.intensities)
     for joint in ("left_forearm", "right_forearm"):
         motion[f"{joint}_x_deg"] = -highest_deg * np.clip((intensity - low) / (high - low), 0.0, 1.0)
-    row = decoding(speech, driving_record=speech.driving_record, shift_s=speech.shift_s)
-    return Synthesis(row, motion=motion)
+    return motion
 
 
 def to_tables(model):
