@@ -1,10 +1,15 @@
-"""Recordings of a virtual actor that tests of several folders use."""
+"""What all tests share: property-based tests have no time limit, and there are recordings of a virtual actor."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# How long an example takes depends on what else the machine does.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 FRAME_S, FPS, SEED = 0.025, 20.0, 7
 SECONDS = {"speech": 10.0, "talk_1": 12.0, "talk_2": 12.0}
