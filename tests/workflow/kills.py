@@ -1,4 +1,4 @@
-"""Kill the driver with SIGKILL at random moments, resume, and hold the bytes against an undisturbed run.
+"""Kill the driver with SIGKILL at random moments, resume, and compare the bytes with those of an undisturbed run.
 
 As a script: ``python tests/workflow/kills.py [TIMES]`` (fifty by default), in a temporary folder.
 """
@@ -22,7 +22,7 @@ LEAST_S = 2.0
 def kill_and_resume(project: Project, kills: int, seed: int, cores: int = 2) -> int:
     """Run, kill after a random time and start again, ``kills`` times; then run to the end. Return the kills done.
 
-    A run that ends before its kill is made anew from a clean folder, so that every kill hits a run at work.
+    If a run ends before it is killed, it starts again in an empty folder, so that every kill hits a running workflow.
     """
     moments = random.Random(seed)
     done = 0
