@@ -67,7 +67,7 @@ SYSTEMS = CHOSEN.systems
 def one_of(names):
     """A constraint to these names, so that another one is an unknown file; where there are many, to any name.
 
-    Snakemake searches a constraint anew for every path, and a long list of names takes long.
+    Snakemake evaluates a constraint for every path, which takes long with a long list of names.
     """
     return "|".join(names) if len(names) <= 100 else record_list.NAME
 

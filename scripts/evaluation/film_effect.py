@@ -1,4 +1,4 @@
-"""Scores from filmed joint angles beside those from the true ones."""
+"""Scores from filmed joint angles, compared with those from the true ones."""
 
 from cospeech.evaluation import film_effect, sessions
 from cospeech.workflow import job

@@ -1,4 +1,4 @@
-"""Run the test configuration through a real Slurm and hold every artifact against a local run, byte for byte.
+"""Run the test configuration through a real Slurm and compare every artifact with a local run, byte for byte.
 
 As a script: ``python tests/slurm/compare.py``. Where no Slurm can be started it says why, and that nothing was tried.
 """

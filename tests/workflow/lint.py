@@ -3,7 +3,7 @@
 - It asks for a conda or container directive in every rule. This project's environment is one hash-locked requirements
   file for all rules (see the README), so that advice is answered once, here.
 - It wants functions in a common module. Ours that several rooms ask are in ``common.smk``; an input function that
-  serves the rules of one room stands beside them.
+  serves the rules of one room is in their file.
 """
 
 import subprocess

@@ -53,7 +53,7 @@ def test_a_damaged_film_of_the_take_is_named_in_one_line(tmp_path):
 
 @pytest.fixture(scope="module")
 def caliscope(tmp_path_factory):
-    """config/caliscope.yaml, run beside the real recordings as a user would."""
+    """config/caliscope.yaml, run next to the real recordings as a user would."""
     folder = tmp_path_factory.mktemp("caliscope")
     (folder / "shared").symlink_to(SHARED)
     project = Project(folder / "project")

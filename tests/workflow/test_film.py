@@ -1,4 +1,4 @@
-"""From films to joint angles by the workflow, held against what was planted before the cameras."""
+"""The workflow from films to joint angles, compared with what was planted."""
 
 import shutil
 
@@ -97,7 +97,7 @@ def test_other_programs_get_their_files(filmed, record):
 
 
 def test_cameras_of_other_footage_are_refused(filmed, tmp_path):
-    """The calibration take was filmed anew after the cameras were found: no marker is sought with them."""
+    """The calibration take was filmed again after the cameras were found: no marker is tracked with them."""
     again = tmp_path / "results" / "film"
     for part in ("corpus/raw/laser", "corpus/raw/ada_1"):
         shutil.copytree(filmed / part, again / part)

@@ -30,8 +30,8 @@ def append(path, line):
     path.write_text(path.read_text() + line)
 
 
-def test_a_copy_of_the_program_elsewhere_makes_at_most_the_report_anew(edited):
-    """The report's template lies beside the program; everything else knows no path."""
+def test_a_copy_of_the_program_elsewhere_repeats_at_most_the_report(edited):
+    """The report's template is part of the program; nothing else depends on a path."""
     assert edited.planned() <= {"page", "exhibits", "score_exhibits"}
 
 

@@ -7,7 +7,7 @@ OWN_FILES = [(system, "planned", "phrases.parquet") for system in makers(WITH_CO
 if "motion" in BRINGS:
     OWN_FILES += [(system, "seen", "phrases_seen.parquet") for system in [*ANIMATED, ORIGINAL]]
 
-# How a synthesised record is held against the actual one.
+# How a synthesised record is compared with the actual one.
 SCORING = {
     "gestures": tuple(config["phrases"]["gesture"]["labels"]),
     "bins_s": tuple(config["evaluation"]["bins_s"]),
@@ -79,7 +79,7 @@ if "motion" in BRINGS:
 
 if VIRTUAL:
 
-    # The folds whose prosody clusters are held against the planted patterns.
+    # The folds whose prosody clusters are compared with the planted patterns.
     CLUSTERED = [(setting, record) for setting in [MAIN, *SWEEP] for record in RECORDS]
 
     # The records whose pitch was planted in sound, and measured.
@@ -157,6 +157,6 @@ if VIRTUAL and FILMED:
             bootstrap=config["evaluation"]["bootstrap"],
             seed=config["seed"],
         message:
-            "scores from film beside those from the true joint angles"
+            "scores from film, compared with those from the true joint angles"
         script:
             "../../scripts/evaluation/film_effect.py"

@@ -3,7 +3,7 @@
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
-# What is shown of the studio's five films beside a figure: the one from the front.
+# Which of the studio's five films is shown next to a figure: the one from the front.
 SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
 
 
