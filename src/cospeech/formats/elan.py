@@ -15,7 +15,7 @@ WRITTEN = "2012-01-01T00:00:00+00:00"
 
 
 def read(path: str | Path) -> dict[str, Spans]:
-    """Return the spans (start, end, label) of every tier in seconds; NaN for an end without a time.
+    """Return the spans (start, end, label) of every tier, in seconds.
 
     Raises
     ------
@@ -28,10 +28,6 @@ def read(path: str | Path) -> dict[str, Spans]:
     except Exception as error:  # damaged files make the library raise all kinds of errors
         reason = " ".join(str(error).split())[:80]
         raise UserError(f"{path}: damaged, or not an ELAN file ({reason}); save it again in ELAN") from error
-
-
-def _seconds(time_ms: int | None) -> float:
-    return float("nan") if time_ms is None else time_ms / 1000
 
 
 def write(path: str | Path, tier: str, spans: Spans, labels: list[str], media: str | None) -> None:
