@@ -11,6 +11,9 @@ from cospeech.workflow.manifest import Receipt
 NOT_ARTIFACTS = ("logs", "benchmarks", "run", ".lock")
 """What a run leaves in the folder of its results besides artifacts."""
 
+TIMESTAMP = ".snakemake_timestamp"
+"""Name of the file with which Snakemake marks the age of a folder."""
+
 CHANGED = "changed since the run wrote it; delete it and run again"
 MISSING = "missing; run again"
 UNFINISHED = "the job that writes it was interrupted; run again"
@@ -42,6 +45,6 @@ def problems(folders: Collection[Path], receipts: Collection[Receipt], planned: 
 def _files(folders: Collection[Path]) -> Iterator[str]:
     for folder in folders:
         for path in folder.rglob("*"):
-            inside = path.relative_to(folder).parts[0]
-            if inside not in NOT_ARTIFACTS and (path.is_file() or path.is_symlink()):
+            other = path.relative_to(folder).parts[0] in NOT_ARTIFACTS or path.name == TIMESTAMP
+            if not other and (path.is_file() or path.is_symlink()):
                 yield str(path)
