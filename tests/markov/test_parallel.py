@@ -177,6 +177,20 @@ def test_finds_a_planted_model_again():
     np.testing.assert_allclose(found.variance, true.variance, rtol=4 * np.sqrt(2.0 / 1200))
 
 
+def test_training_stops_at_a_gain_per_frame_whatever_the_length_of_the_data():
+    rng = np.random.default_rng(3)
+    planted = random_model(rng, 2, 2, 2)
+    sequences, start = [sample(planted, 200, rng)[0] for _ in range(2)], random_model(rng, 2, 2, 2)
+    floor, tolerance = np.full(2, FLOOR), 0.003
+    once = parallel.fit(start, sequences, floor, 100, tolerance).log_likelihoods
+    many = parallel.fit(start, sequences * 5, floor, 100, tolerance).log_likelihoods
+    gains = np.diff(once) / 400
+    assert 3 < len(once) < 100
+    assert (gains[:-1] >= tolerance).all()
+    assert gains[-1] < tolerance
+    np.testing.assert_allclose(many, 5 * once)
+
+
 def test_a_state_that_no_frame_visits_keeps_its_parameters():
     rng = np.random.default_rng(5)
     model = random_model(rng, 3, 2, 2)

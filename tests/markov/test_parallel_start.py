@@ -31,6 +31,12 @@ def test_clusters_follow_the_course_and_the_seed():
     assert slopes.max() > 0.2
 
 
+def test_the_floor_is_a_share_of_the_variance_over_all_frames():
+    # The variance of 0, 2, 4, 6 is 5 and that of 0, 0, 10, 10 is 25; each sequence by itself has less.
+    sequences = [np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([[4.0, 10.0], [6.0, 10.0]])]
+    assert parallel_start.variance_floor(sequences, ("a", "b"), 0.1).tolist() == pytest.approx([0.5, 2.5])
+
+
 def test_k_means_leaves_no_cluster_empty():
     rng = np.random.default_rng(0)
     same = np.zeros((7, 3))
