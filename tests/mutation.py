@@ -1,9 +1,9 @@
 """Change the methods in one place at a time and see whether a test notices.
 
-As a script, by hand: ``python tests/mutation.py [--share 0.1] [part or module ...]``. Each mutant is one
-change of one expression: a comparison, an operator, a number, a function such as ``min`` for ``max``. It runs the tests
-of its part of the package, and if these pass, those of the parts that use it. Survivors are listed: each needs a test,
-or a reason (CONTRIBUTING.md).
+As a script, by hand: ``python tests/mutation.py [--share 0.1] [part or module ...]``. Each mutant is one change of one
+expression: a comparison, an operator, a number, a function such as ``min`` for ``max``. It runs the tests of its part of
+the package and, if these pass, those of the parts that use it. Survivors are listed: each needs a test, or a reason
+(CONTRIBUTING.md).
 """
 
 from __future__ import annotations
@@ -133,10 +133,9 @@ def chosen(names: list[str], share: float) -> list[Mutant]:
 def tests_of(mutant: Mutant) -> tuple[list[str], list[str]]:
     """Return the tests of a mutant's part of the package, its own first, and those of the parts that use it."""
     part, *_ = mutant.path.relative_to(PACKAGE).parts
-    own = [path for path in (ROOT / "tests" / part).rglob(f"test_{mutant.path.stem}.py")]
-    return [str(path.relative_to(ROOT)) for path in (*own, ROOT / "tests" / part)], [
-        f"tests/{other}" for other in USED_BY.get(part, [])
-    ]
+    folder = ROOT / "tests" / part
+    own = [*folder.rglob(f"test_{mutant.path.stem}.py"), folder]
+    return [str(path.relative_to(ROOT)) for path in own], [f"tests/{other}" for other in USED_BY[part]]
 
 
 def survives(mutant: Mutant, checkout: Path) -> bool:
@@ -185,8 +184,8 @@ def main() -> int:
     import numba  # noqa: F401  these take long to import, and every mutant needs them
     import pandas  # noqa: F401
     import pyarrow.parquet  # noqa: F401
-    import scipy.optimize  # noqa: F401
-    import scipy.signal  # noqa: F401
+    import scipy.optimize
+    import scipy.signal
     import scipy.spatial  # noqa: F401
 
     tried, survived = Counter[str](), Counter[str]()
