@@ -1,9 +1,9 @@
 """Change the methods in one place at a time and see whether a test notices.
 
-As a script, by hand: ``python tests/mutation.py [--share 0.1] [part or module ...]``. Each mutant is one change of one
-expression: a comparison, an operator, a number, a function such as ``min`` for ``max``. It runs the tests of its part of
-the package and, if these pass, those of the parts that use it. Survivors are listed: each needs a test, or a reason
-(CONTRIBUTING.md).
+As a script, by hand: ``python tests/mutation.py [--share 0.1] [part or module ...]``. Each mutant is one change of
+one expression: a comparison, an operator, a number, a function such as ``min`` for ``max``. It runs the tests of
+its part of the package and, if these pass, those of the parts that use it. Survivors are listed: each needs a test,
+or a reason (CONTRIBUTING.md).
 """
 
 from __future__ import annotations
