@@ -1,8 +1,8 @@
 """Gesture annotations: read from ELAN, Praat or CSV, and exported to ELAN and Praat for manual correction.
 
 Times are relative to the start of the record, even if the record is an excerpt of a longer recording. The exported
-files follow the same convention. ELAN files whose media have an offset and TextGrids that do not start at 0 are adapted
-if it is clear how.
+files follow the same convention. The times of ELAN files whose media have an offset, and of TextGrids that do not
+start at 0, are adapted if it is clear how.
 """
 
 from __future__ import annotations
@@ -190,8 +190,8 @@ def _choose_tier(tiers: list[str], labelled: list[str], asked: str | None, path:
         raise UserError(f"{path}: has no tier '{asked}'; {has}; {hint}")
     if len(labelled) > 1:
         raise UserError(
-            f"{path}: has the tiers {', '.join(labelled)[:200]}; name the one with the gestures in corpus.annotations.tier, or rename it "
-            f"to '{TIER}'"
+            f"{path}: has the tiers {', '.join(labelled)[:200]}; name the one with the gestures in "
+            f"corpus.annotations.tier, or rename it to '{TIER}'"
         )
     return labelled[0] if labelled else None
 
@@ -210,8 +210,8 @@ def _read_elan(path: str | Path, recording: Recording, asked: str | None) -> Sou
     elif origin_s and recording.start_s:
         raise UserError(
             f"{path}: its times begin at {origin_s:.3f} s of the sound ({why}), but the record begins at "
-            f"{recording.start_s:.3f} s (start_s); set the offset of the media in ELAN to {recording.start_s:.3f} s, or "
-            "to 0 if the file is linked to the sound of the record alone"
+            f"{recording.start_s:.3f} s (start_s); set the offset of the media in ELAN to {recording.start_s:.3f} s, "
+            "or to 0 if the file is linked to the sound of the record alone"
         )
     if origin_s:
         intervals = [
@@ -237,8 +237,8 @@ def _media_origin(media: list[elan.Media], recording: Recording, path: str | Pat
         if other.origin_s != first.origin_s:
             raise UserError(
                 f"{path}: TIME_ORIGIN is {first.origin_s:.3f} s for {first.name} and {other.origin_s:.3f} s for "
-                f"{other.name}, and neither is known to be the sound of record '{recording.record}'; link its sound in "
-                "ELAN, or give all media one offset"
+                f"{other.name}, and neither is known to be the sound of record '{recording.record}'; link its sound "
+                "in ELAN, or give all media one offset"
             )
     others = [f"{one.origin_s:.3f} s for {one.name}" for one in media if one.origin_s != first.origin_s]
     ignored = f"; not {', '.join(others)}" if others else ""

@@ -1,7 +1,7 @@
 """Delimited text (CSV) as spreadsheet programs write it.
 
-Depending on the language of the computer, the separator is a comma, a semicolon or a tab, and the decimal sign a point
-or a comma. The separator is found in the header line, whose column names are known.
+Depending on the language of the computer, the separator is a comma, a semicolon or a tab, and the decimal sign a
+point or a comma. The separator is found in the header line, whose column names are known.
 """
 
 from __future__ import annotations
@@ -146,8 +146,8 @@ def parse_times(sheet: Sheet, columns: Collection[str], path: str | Path) -> lis
     Raises
     ------
     UserError
-        If a cell is not a time, or if some numbers have a decimal point and others a decimal comma, so that one of the
-        two may separate thousands.
+        If a cell is not a time, or if some numbers have a decimal point and others a decimal comma, so that one of
+        the two may separate thousands.
     """
     times: list[dict[str, float]] = []
     signs: dict[str, tuple[int, str]] = {}
@@ -163,7 +163,7 @@ def parse_times(sheet: Sheet, columns: Collection[str], path: str | Path) -> lis
     if len(signs) > 1:
         (line, comma), (other, point) = signs[","], signs["."]
         raise UserError(
-            f"{path}: '{comma}' in line {line} has a decimal comma and '{point}' in line {other} a decimal point; use "
-            "one of them throughout"
+            f"{path}: '{comma}' in line {line} has a decimal comma and '{point}' in line {other} a decimal point; "
+            "use one of them throughout"
         )
     return times

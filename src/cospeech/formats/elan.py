@@ -146,16 +146,16 @@ class Document:
             return self._placed[slot]
         if slot not in self._stated:
             raise UserError(
-                f"{self._path}: tier '{tier.get('TIER_ID')}' refers to time slot '{slot[:20]}', which does not exist; "
-                "save the file again in ELAN"
+                f"{self._path}: tier '{tier.get('TIER_ID')}' refers to time slot '{slot[:20]}', which does not "
+                "exist; save the file again in ELAN"
             )
         stated = self._stated[slot]
         if stated is None or stated == "-1":
             return None
         if not WHOLE.fullmatch(stated):
             raise UserError(
-                f"{self._path}: time slot '{slot[:20]}' of tier '{tier.get('TIER_ID')}' has the time '{stated[:20]}', "
-                "not a whole number of milliseconds; correct it"
+                f"{self._path}: time slot '{slot[:20]}' of tier '{tier.get('TIER_ID')}' has the time "
+                f"'{stated[:20]}', not a whole number of milliseconds; correct it"
             )
         return float(stated)
 
@@ -200,8 +200,8 @@ def _parse(path: str | Path) -> ET.Element:
         raise UserError(f"{path}: is not an ELAN file, as it is not XML ({reason}); save it again in ELAN") from error
     if root.tag != "ANNOTATION_DOCUMENT":
         raise UserError(
-            f"{path}: is not an ELAN file (its root element is {root.tag[:40]}, not ANNOTATION_DOCUMENT); save it again "
-            "in ELAN"
+            f"{path}: is not an ELAN file (its root element is {root.tag[:40]}, not ANNOTATION_DOCUMENT); save it "
+            "again in ELAN"
         )
     return root
 

@@ -42,8 +42,8 @@ def read_bytes(path: str | Path, max_bytes: int | None = MAX_BYTES) -> bytes:
         size = Path(path).stat().st_size
         if max_bytes is not None and size > max_bytes:
             raise UserError(
-                f"{path}: has {size / 1e6:.0f} MB, more than the {max_bytes / 1e6:.0f} MB that a file of its kind may "
-                "have; check that it is the right file"
+                f"{path}: has {size / 1e6:.0f} MB, more than the {max_bytes / 1e6:.0f} MB that a file of its kind "
+                "may have; check that it is the right file"
             )
         return Path(path).read_bytes()
     except OSError as error:

@@ -16,7 +16,6 @@ from cospeech.errors import UserError
 from cospeech.formats import plain_text
 from cospeech.formats.tiers import Interval
 
-
 TOKEN = re.compile(r'"(?P<text>[^"]*(?:""[^"]*)*)"|![^\n]*|(?P<word>[^\s"=]+)')
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
@@ -32,7 +31,8 @@ class Grid(NamedTuple):
 def read(path: str | Path) -> Grid:
     """Read a TextGrid in the long or the short text format, in any encoding that Praat writes.
 
-    As in Praat, only quoted texts, flags in angle brackets and numbers that stand alone count; the rest is decoration.
+    As in Praat, only quoted texts, flags in angle brackets and numbers that stand alone count, not the words between
+    them.
 
     Raises
     ------
