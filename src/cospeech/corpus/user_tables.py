@@ -88,7 +88,7 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = (), optional: t
         if column.name not in known.columns:
             known[column.name] = np.nan
         elif column.type == "string":  # a record or label 1 may be stored as a number
-            known[column.name] = [_name(value) for value in known[column.name]]
+            known[column.name] = known[column.name].astype(object).map(_name)
     return known
 
 

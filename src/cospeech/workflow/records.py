@@ -130,9 +130,10 @@ def _listed_records(given: str | list[Record]) -> list[Record]:
     listed = [dict.fromkeys(RECORD_FIELDS) | record for record in given]
     for record in listed:
         for key in TIMES:
-            if isinstance(record[key], str):
+            text = record[key]
+            if isinstance(text, str):
                 try:
-                    record[key] = delimited.parse_seconds(record[key])
+                    record[key] = delimited.parse_seconds(text)
                 except ValueError as error:
                     raise UserError(f"config: record '{record['record']}': {key} {error}") from None
     return listed
