@@ -368,6 +368,23 @@ def test_boundaries_without_a_time_in_a_tier_of_a_tier(tmp_path):
     assert spans_of(read(eaf(tmp_path / "a.eaf", body))) == [(4.0, 5.5, "left"), (5.5, 7.0, "open")]
 
 
+def test_a_tier_that_is_its_own_parent_ends_in_one_line(tmp_path):
+    body = eaf_tier("gesture", [("a1", "left", "ts1", "ts5")], "gesture")
+    with pytest.raises(UserError, match="has no end time"):
+        read(eaf(tmp_path / "a.eaf", body))
+
+
+def test_tiers_of_one_name_that_an_annotation_refers_to_are_told_apart(tmp_path):
+    body = (
+        eaf_tier("phrase", [("a1", "x", "ts1", "ts2")])
+        + eaf_tier("class", [("b1", "x", "a1")])
+        + eaf_tier("class", [("c1", "x", "a1"), ("c2", "x", "a1")])
+        + eaf_tier("gesture", [("d1", "left", "b1"), ("d2", "rest", "c2")])
+    )
+    with pytest.raises(UserError, match=r"'rest' at 2\.000-3\.000 s: overlaps 'left' at 1\.000-3\.000 s"):
+        read(eaf(tmp_path / "a.eaf", body))
+
+
 def test_annotations_that_refer_to_others_have_their_times(tmp_path):
     phrases = eaf_tier("phrase", [("a1", "x", "ts1", "ts2"), ("a2", "y", "ts3", "ts4")])
     one_each = eaf_tier("gesture", [("b1", "left", "a1"), ("b2", "rest", "a2")], "phrase")

@@ -185,7 +185,7 @@ def test_prosody_needs_no_raw_columns(tmp_path, name):
         ),
         (
             lambda t: t.assign(d_pitch_lag=t["d_pitch_lag"] * 40),
-            "'d_pitch_lag' is 40 times.*per frame and not per sec",
+            "'d_pitch_lag' is 40 times.*the previous frame, not per second",
         ),
         (lambda t: t.assign(d_pitch_gain=t["d_pitch_gain"] * 40), "'d_pitch_gain' is 40 times"),
         (lambda t: t.assign(d_pitch_gain=0.0), "'d_pitch_gain' is 0 times"),
@@ -282,6 +282,7 @@ def test_start_end_and_label_of_gestures_are_enough(tmp_path, name):
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
+        ([(0, 1e18, "rest")], "its times exceed 1e.06 s"),
         ([(5, 6, "rest")], "first segment starts at 5.000 s, not at 0"),
         ([(0, 1, "rest"), (1.5, 2, "left")], "segment 0, 'rest' at 0.000-1.000 s, leaves a gap to the next one"),
         ([(0, 1, "rest"), (0.9, 2, "left")], "segment 0, 'rest' at 0.000-1.000 s, overlaps the next one"),

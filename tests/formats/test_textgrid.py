@@ -1,8 +1,10 @@
 """Whatever Praat may write as the label of an interval is read back."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cospeech.errors import UserError
 from cospeech.formats import textgrid
 
 labels = st.text(
@@ -10,6 +12,14 @@ labels = st.text(
     max_size=12,
 )
 names = st.text(st.characters(exclude_categories=["Cc", "Cs"]), min_size=1, max_size=8)
+
+
+def test_a_message_about_a_text_with_line_breaks_is_one_line(tmp_path):
+    (tmp_path / "a.TextGrid").write_text('"ooTextFile" "TextGrid" 0 9 <exists> 1 "IntervalTier" "a\n\nb" "c\nd"')
+    with pytest.raises(
+        UserError, match=r"a\.TextGrid: xmin of tier 'a b' is missing \(the text 'c d' stands there\)"
+    ):
+        textgrid.read(tmp_path / "a.TextGrid")
 
 
 def written(text):

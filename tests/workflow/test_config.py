@@ -268,6 +268,7 @@ def test_times_in_a_list_may_be_written_with_colons():
         ('record,actor,motion\na,x,"a\nb.bvh"\n', "line 2: the cell in column 'motion' contains a line break"),
         ('record,actor\n"a\n",x\n"b/c",x\n', "line 4: 'b/c' becomes part of a path"),
         ("record,actor,start_s\na,x,00:00:05:12\n", "a time code with a frame number"),
+        ('record,"ac\ntor"\n', "the name of column 2, 'ac tor', contains a line break"),
         ("record,actor,actor\n", "two columns are called 'actor'"),
         ("\x00\x01\x00PK", "is not a text file"),
         ("record,actor,video\n", "unknown column 'video'"),

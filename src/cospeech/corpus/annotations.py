@@ -19,6 +19,7 @@ import pandas as pd
 from cospeech.data.segments import Spans
 from cospeech.errors import UserError
 from cospeech.formats import delimited, elan, textgrid
+from cospeech.formats.plain_text import shown
 from cospeech.formats.tiers import Interval
 
 TIER = "gesture"
@@ -151,7 +152,7 @@ def check(intervals: list[Interval], duration_s: float, labels: list[str], where
     previous = Interval(0.0, 0.0, "", "")
     for interval in intervals:
         start, end, label, _ = interval
-        place = f"{where}{', ' * bool(interval.place)}{interval.place}: '{label}' at {start:.3f}-{end:.3f} s"
+        place = f"{where}{', ' * bool(interval.place)}{interval.place}: '{shown(label)}' at {start:.3f}-{end:.3f} s"
         if label not in labels:
             near = difflib.get_close_matches(label, labels, n=1)
             hint = f"did you mean '{near[0]}'?" if near else f"expected one of {', '.join(labels)}"
@@ -164,7 +165,7 @@ def check(intervals: list[Interval], duration_s: float, labels: list[str], where
             )
         if start < previous.end_s - ROUNDING_S:
             raise UserError(
-                f"{place}: overlaps '{previous.label}' at {previous.start_s:.3f}-{previous.end_s:.3f} s; "
+                f"{place}: overlaps '{shown(previous.label)}' at {previous.start_s:.3f}-{previous.end_s:.3f} s; "
                 "move the end of one to the start of the other"
             )
         previous = interval
@@ -185,12 +186,12 @@ def _choose_tier(tiers: list[str], labelled: list[str], asked: str | None, path:
         return same[0]
     if asked:
         near = difflib.get_close_matches(asked, tiers, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else "correct corpus.annotations.tier"
-        has = f"its tiers are {', '.join(tiers)[:200]}" if tiers else "it has no tiers"
+        hint = f"did you mean '{shown(near[0])}'?" if near else "correct corpus.annotations.tier"
+        has = f"its tiers are {shown(', '.join(tiers), 200)}" if tiers else "it has no tiers"
         raise UserError(f"{path}: has no tier '{asked}'; {has}; {hint}")
     if len(labelled) > 1:
         raise UserError(
-            f"{path}: has the tiers {', '.join(labelled)[:200]}; name the one with the gestures in "
+            f"{path}: has the tiers {shown(', '.join(labelled), 200)}; name the one with the gestures in "
             f"corpus.annotations.tier, or rename it to '{TIER}'"
         )
     return labelled[0] if labelled else None
@@ -198,12 +199,11 @@ def _choose_tier(tiers: list[str], labelled: list[str], asked: str | None, path:
 
 def _read_elan(path: str | Path, recording: Recording, asked: str | None) -> Source:
     document = elan.Document(path)
-    labelled = [name for name in document.tiers if document.has_labels(name)]
-    tier = _choose_tier(document.tiers, labelled, asked, path)
+    tier = _choose_tier(document.tiers, document.labelled, asked, path)
     if tier is None:
         return Source("", [], [])
-    intervals, n_placed = document.read_tier(tier)
-    notes = [f"{n_placed} boundaries without a time in {Path(path).name} placed evenly"] if n_placed else []
+    intervals, placed = document.read_tier(tier)
+    notes = [f"boundaries without a time in {Path(path).name} placed evenly"] if placed else []
     origin_s, why = _media_origin(document.media, recording, path)
     if abs(origin_s - recording.start_s) <= ROUNDING_S:
         origin_s = 0.0  # the annotations begin where the record begins

@@ -55,6 +55,9 @@ Per second it would be the frame rate, 40 for frames of 25 ms. Regression over f
 recognition, yields 0.2 for noise and up to 1 for smooth features.
 """
 
+MAX_TIME_S = 1e6
+"""No record lasts eleven days."""
+
 TIME_GRID_HZ = 1000
 """Frame rate of gesture segments that are given by their times alone."""
 
@@ -93,6 +96,8 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = (), optional: t
 
 
 def _name(value: object) -> object:
+    if isinstance(value, str):
+        return value.strip()
     if isinstance(value, (int, np.integer)):
         return str(value)
     return str(int(value)) if isinstance(value, (float, np.floating)) and value == np.round(value) else value
@@ -125,7 +130,7 @@ def _read_csv(path: str | Path, schema: str) -> pd.DataFrame:
     except (OSError, ValueError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
         reason = " ".join(str(error).split())[:80]
         raise UserError(f"{path}: cannot be read as CSV ({reason}); export it again") from error
-    return frame.rename(columns=lambda name: str(name).strip())
+    return frame.rename(columns=lambda name: str(name).strip()).dropna(how="all", ignore_index=True)
 
 
 def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
@@ -298,6 +303,8 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
 def _segments_by_time(supplied: pd.DataFrame, record: str, path: str | Path) -> pd.DataFrame:
     """Return segments that are given by their times alone, on a grid of milliseconds."""
     times = _numbers(supplied, ["start_s", "end_s"], path, "segment")
+    if np.abs(times.to_numpy()).max() > MAX_TIME_S:
+        raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
     edges = np.round(times.to_numpy() * TIME_GRID_HZ).astype(np.int64)
     order = np.argsort(edges[:, 0], kind="stable")
     edges, labels = edges[order], supplied["label"].to_numpy()[order]

@@ -94,6 +94,11 @@ def _header(cells: list[str], path: str | Path) -> list[str]:
     while not cells[-1]:
         del cells[-1]
     for column, name in enumerate(cells):
+        if "\n" in name or "\r" in name:
+            raise UserError(
+                f"{path}: the name of column {column + 1}, '{plain_text.shown(name)}', contains a line break; remove "
+                "it, or close the quotation mark before it"
+            )
         if not name:
             raise UserError(f"{path}: column {column + 1} has no name in the header; name or delete it")
         if name in cells[:column]:

@@ -20,6 +20,9 @@ from cospeech.formats.tiers import Interval
 WRITTEN = "2012-01-01T00:00:00+00:00"
 """The date in every file: the format requires one, and equal contents should give equal files."""
 
+MAX_DEPTH = 50
+"""Number of levels of tiers beyond which a tier must be its own parent."""
+
 WHOLE = re.compile(r"\s*-?\d{1,15}\s*", re.ASCII)
 
 
@@ -40,7 +43,7 @@ class Document:
 
     Attributes
     ----------
-    tiers : names of the tiers, in the order of the file.
+    tiers, labelled : names of the tiers, in the order of the file, and of those that have labels.
     media : the linked films and sounds.
 
     Raises
@@ -57,29 +60,21 @@ class Document:
             raise UserError(f"{path}: counts time in {units[:20]}, not in milliseconds; save it again in ELAN")
         self._tiers = self._root.findall("TIER")
         self.tiers = [tier.get("TIER_ID", "") for tier in self._tiers]
+        self.labelled = [name for name, tier in zip(self.tiers, self._tiers, strict=True) if _has_labels(tier)]
         self.media = [self._media(descriptor) for descriptor in self._root.findall("HEADER/MEDIA_DESCRIPTOR")]
         slots = self._root.findall("TIME_ORDER/TIME_SLOT")
         self._order = {slot.get("TIME_SLOT_ID", ""): number for number, slot in enumerate(slots)}
         self._stated = {slot.get("TIME_SLOT_ID", ""): slot.get("TIME_VALUE") for slot in slots}
         self._placed: dict[str, float] = {}
-        self._parts: dict[str, dict[str, list[ET.Element]]] = {}
+        self._parts: dict[int, dict[str, list[ET.Element]]] = {}
         self._owners = {
             annotation.get("ANNOTATION_ID", ""): (tier, annotation)
             for tier in self._tiers
             for annotation in _annotations(tier)
         }
 
-    def has_labels(self, name: str) -> bool:
-        """Return whether an annotation of the tiers called ``name`` has a label."""
-        return any(
-            _label(annotation)
-            for tier in self._tiers
-            if tier.get("TIER_ID") == name
-            for annotation in _annotations(tier)
-        )
-
-    def read_tier(self, name: str) -> tuple[list[Interval], int]:
-        """Return the annotations of a tier, and the number of boundaries without a time that were placed evenly.
+    def read_tier(self, name: str) -> tuple[list[Interval], bool]:
+        """Return the labelled annotations of a tier, and whether boundaries without a time were placed evenly.
 
         ELAN leaves out the times of boundaries within an annotation of the parent tier until someone moves them, and
         shows them at even distances. Annotations that only refer to annotations of another tier have their times.
@@ -98,7 +93,7 @@ class Document:
                 start_ms, end_ms = self._times_ms(tier, annotation, 0)
                 place = f"annotation {annotation.get('ANNOTATION_ID')}"
                 intervals.append(Interval(start_ms / 1000, end_ms / 1000, label, place))
-        return intervals, len(self._placed) - before
+        return intervals, len(self._placed) > before
 
     def _media(self, descriptor: ET.Element) -> Media:
         address = descriptor.get("MEDIA_URL") or descriptor.get("RELATIVE_MEDIA_URL") or ""
@@ -124,7 +119,7 @@ class Document:
         parent = annotation.get("ANNOTATION_REF", "")
         if parent not in self._owners:
             raise self._fault(tier, annotation, f"refers to annotation '{parent[:20]}', which does not exist")
-        if depth > len(self._tiers):
+        if depth > MAX_DEPTH:
             raise self._fault(tier, annotation, "refers to itself")
         start, end = self._times_ms(*self._owners[parent], depth + 1)
         parts = self._parts_of(tier)[parent]
@@ -133,13 +128,12 @@ class Document:
 
     def _parts_of(self, tier: ET.Element) -> dict[str, list[ET.Element]]:
         """Return the annotations of a tier by the annotation that they refer to, in their order."""
-        name = tier.get("TIER_ID", "")
-        if name not in self._parts:
+        if id(tier) not in self._parts:
             found: dict[str, list[ET.Element]] = {}
             for annotation in _annotations(tier):
                 found.setdefault(annotation.get("ANNOTATION_REF", ""), []).append(annotation)
-            self._parts[name] = {parent: _in_order(parts) for parent, parts in found.items()}
-        return self._parts[name]
+            self._parts[id(tier)] = {parent: _in_order(parts) for parent, parts in found.items()}
+        return self._parts[id(tier)]
 
     def _slot_ms(self, slot: str, tier: ET.Element) -> float | None:
         if slot in self._placed:
@@ -162,7 +156,7 @@ class Document:
     def _place_evenly(self, tier: ET.Element, depth: int) -> None:
         """Place the boundaries of a tier that have no time at even distances between those that have one."""
         parents = [other for other in self._tiers if other.get("TIER_ID") == tier.get("PARENT_REF")]
-        if parents and depth < len(self._tiers):  # their boundaries may have no time either
+        if parents and depth < MAX_DEPTH:  # their boundaries may have no time either
             self._place_evenly(parents[0], depth + 1)
         run: list[tuple[str, str]] = []
         for first, last in sorted(
@@ -184,9 +178,9 @@ class Document:
             run = []
 
     def _fault(self, tier: ET.Element, annotation: ET.Element, what: str) -> UserError:
-        label = (annotation.findtext("ANNOTATION_VALUE") or "")[:40]
+        label, name = plain_text.shown(_label(annotation)), plain_text.shown(tier.get("TIER_ID", ""))
         return UserError(
-            f"{self._path}: tier '{tier.get('TIER_ID')}', annotation {annotation.get('ANNOTATION_ID')} ('{label}'): "
+            f"{self._path}: tier '{name}', annotation {annotation.get('ANNOTATION_ID')} ('{label}'): "
             f"{what}; correct it in ELAN"
         )
 
@@ -213,6 +207,10 @@ def _annotations(tier: ET.Element) -> list[ET.Element]:
 
 def _label(annotation: ET.Element) -> str:
     return (annotation.findtext("ANNOTATION_VALUE") or "").strip()
+
+
+def _has_labels(tier: ET.Element) -> bool:
+    return any(_label(annotation) for annotation in _annotations(tier))
 
 
 def _in_order(siblings: list[ET.Element]) -> list[ET.Element]:

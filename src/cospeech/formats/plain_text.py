@@ -50,6 +50,11 @@ def read_bytes(path: str | Path, max_bytes: int | None = MAX_BYTES) -> bytes:
         raise UserError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
 
 
+def shown(text: str, length: int = 40) -> str:
+    """Return the beginning of a text from a file, on one line, for a message."""
+    return " ".join(text.split())[:length]
+
+
 def decode(content: bytes, path: str | Path) -> str:
     """Return text from bytes in UTF-8, UTF-16, UTF-32 or, if they are none of these, Windows-1252.
 

@@ -14,6 +14,7 @@ from cospeech.data import tables
 from cospeech.data.segments import Spans
 from cospeech.errors import UserError
 from cospeech.formats import plain_text
+from cospeech.formats.plain_text import shown
 from cospeech.formats.tiers import Interval
 
 TOKEN = re.compile(r'"(?P<text>[^"]*(?:""[^"]*)*)"|![^\n]*|(?P<word>[^\s"=]+)')
@@ -49,7 +50,7 @@ def read(path: str | Path) -> Grid:
     name = tokens.text("the object class") if kind.startswith("ooTextFile") else ""
     if not name.startswith("TextGrid"):
         found = (
-            f"holds a Praat object of class {name[:40]}" if name else "does not begin as a text file of Praat does"
+            f"holds a Praat object of class {shown(name)}" if name else "does not begin as a text file of Praat does"
         )
         raise UserError(f"{path}: is not a TextGrid ({found}); save the TextGrid as a text file in Praat")
     start_s, end_s = tokens.number("its xmin"), tokens.number("its xmax")
@@ -62,12 +63,12 @@ def read(path: str | Path) -> Grid:
 def _read_tier(tokens: _Tokens, number: int) -> tuple[str, list[Interval] | None]:
     kind, name = tokens.text(f"the class of tier {number}"), tokens.text(f"the name of tier {number}")
     for limit in ("xmin", "xmax"):
-        tokens.number(f"{limit} of tier '{name}'")
-    count = int(tokens.number(f"the number of intervals of tier '{name}'"))
+        tokens.number(f"{limit} of tier '{shown(name)}'")
+    count = int(tokens.number(f"the number of intervals of tier '{shown(name)}'"))
     intervals = []
     for entry in range(1, count + 1):
         place = f"interval {entry}"
-        where = f"{place} of tier '{name}'"
+        where = f"{place} of tier '{shown(name)}'"
         start_s = tokens.number(f"the time of {where}")
         end_s = start_s if kind == "TextTier" else tokens.number(f"the end of {where}")
         intervals.append(Interval(start_s, end_s, tokens.text(f"the text of {where}"), place))
@@ -95,7 +96,7 @@ class _Tokens:
     def number(self, what: str) -> float:
         found = self._take(what)
         if isinstance(found, str):
-            raise self._fault(what, f"the text '{found[:20]}' stands there")
+            raise self._fault(what, f"the text '{shown(found, 20)}' stands there")
         return found
 
     def exists(self) -> bool:
