@@ -6,7 +6,7 @@ import actor
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cospeech.data import segments, tables, vocabulary
@@ -139,6 +139,7 @@ def test_rules_that_find_nothing_are_not_answered_by_rules(cast, monkeypatch):
 @given(
     st.lists(st.integers(0, 5000), min_size=2, max_size=12, unique=True).map(sorted), st.sampled_from([20, 25, 30])
 )
+@example([0, 1100], 25)
 def test_an_annotation_holds_the_frames_whose_centres_it_contains(times_ms, fps):
     pairs = list(zip(times_ms[::2], times_ms[1::2], strict=False))
     person = pd.DataFrame(
