@@ -40,6 +40,7 @@ try:
     config.update(ordered)
     RECORDS = record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
+    configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
     configuration.check_systems(config, CHOSEN.systems, BRINGS, CHOSEN.failed())

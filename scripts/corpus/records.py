@@ -1,7 +1,12 @@
-"""Collect the record table of the run, one row per record."""
+"""Collect the record table of the run, one row per record, with the notes on its annotations."""
 
+from cospeech.corpus import annotations
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    rows = [work.read(path, "records") for path in work.input.records]
-    work.write(rows, work.output.records, "records")
+    records = work.read(work.input.records, "records")
+    work.write(
+        annotations.add_notes(records, work.read(work.input.annotations, "annotations")),
+        work.output.records,
+        "records",
+    )

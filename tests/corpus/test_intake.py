@@ -125,9 +125,10 @@ def test_stereo_at_another_rate_is_converted_and_noted(tmp_path):
 
 def test_user_supplied_tables_replace_motion_and_sound(tmp_path):
     rng = np.random.default_rng(0)
-    prosody = {"frame": np.arange(400), "time_s": segments.frame_times(400, 40.0)}
-    names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
-    table = tables.pd.DataFrame(prosody | {name: rng.uniform(-1, 1, 400) for name in names})
+    table = tables.pd.DataFrame({"frame": np.arange(400), "time_s": segments.frame_times(400, 40.0)})
+    for name, spread in (("intensity", 1.7), ("pitch_lag", 0.005), ("pitch_gain", 1.0)):
+        table[name] = rng.uniform(-spread, spread, 400)
+        table[f"d_{name}"] = table[name].diff().fillna(0.0)
     table.to_csv(tmp_path / "p.csv", index=False)
     phrases = segments.from_starts("a", [0, 50, 90], ["rest", "left", "rest"], 202, 20.0)
     phrases.to_csv(tmp_path / "g.csv", index=False)

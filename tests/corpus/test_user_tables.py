@@ -1,18 +1,26 @@
 """Tables of other programs are read without our metadata and validated against our names, units and ranges."""
 
+import re
+import runpy
+import sys
+
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.corpus import user_tables
 from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
+from cospeech.kernels import code_hash
 from cospeech.motion import skeleton
+from cospeech.speech import prosody
 
+ROOT = code_hash.PACKAGE.parents[1]
 LABELS = list(vocabulary.GESTURES)
 
 
@@ -25,9 +33,18 @@ def motion_table(n_frames=40, fps=25.0):
 def prosody_table(n_frames=80):
     rng = np.random.default_rng(1)
     table = pd.DataFrame({"frame": np.arange(n_frames), "time_s": segments.frame_times(n_frames, 40.0)})
-    for name in ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain"):
-        table[name] = rng.uniform(-1, 1, n_frames)
-    return table
+    voiced = rng.random(n_frames) < 0.6
+    lag = np.where(voiced, rng.normal(0.008, 0.001, n_frames), 0.0)
+    intensity = rng.normal(0, 1, n_frames)
+    table["intensity"] = (intensity - intensity.mean()) / intensity.std()
+    table["pitch_lag"] = np.where(voiced, lag - lag[voiced].mean(), 0.0)
+    table["pitch_gain"] = np.where(voiced, rng.uniform(0.4, 1.0, n_frames), 0.0)
+    return differentiated(table)
+
+
+def differentiated(table, how=lambda values: np.diff(values, prepend=values[0])):
+    names = ("intensity", "pitch_lag", "pitch_gain")
+    return table.assign(**{f"d_{name}": how(table[name].to_numpy()) for name in names})
 
 
 def gesture_table(record="a"):
@@ -51,9 +68,18 @@ def test_motion_of_another_program_is_read_unchanged(tmp_path, name):
 
 
 def test_times_may_be_frame_starts_and_frames_may_start_at_any_number(tmp_path):
-    shifted = motion_table().assign(frame=np.arange(40) + 100, time_s=np.arange(40) / 25 + 4)
+    shifted = motion_table().assign(frame=np.arange(40) + 100, time_s=np.arange(40) / 25)
     table, _ = user_tables.motion(save(shifted, tmp_path / "a.csv"))
     np.testing.assert_allclose(table.to_numpy(), motion_table().to_numpy())
+
+
+@pytest.mark.parametrize("fps", [24, 25, 30, 30 / 1.001, 100, 120])
+def test_times_rounded_to_milliseconds_keep_the_frame_rate(tmp_path, fps):
+    table, _ = user_tables.motion(save(motion_table(300, fps).round({"time_s": 3}), tmp_path / "a.csv"))
+    np.testing.assert_allclose(table["time_s"], segments.frame_times(300, fps))
+    cut = motion_table(300, fps).round({"time_s": 3}).drop(index=7)
+    with pytest.raises(UserError, match="missing or not uniform"):
+        user_tables.motion(save(cut, tmp_path / "bad.csv"))
 
 
 def test_missing_joints_have_zero_angles_and_are_noted(tmp_path):
@@ -88,6 +114,8 @@ def with_nan(table, column, row):
         (lambda t: t.iloc[:0], "contains only 0 frame"),
         (lambda t: t.assign(**{name: t[name] / 57.3 for name in t if name.endswith("_deg")}), "radians"),
         (lambda t: t.assign(root_y_m=95.0), "convert to metres"),
+        (lambda t: t.assign(time_s=t["time_s"] + 5), "first frame is at 5.02 s, so the frames before it are missing"),
+        (lambda t: t.assign(time_s=t["time_s"] - 1), "first frame is at -0.98 s"),
     ],
 )
 @pytest.mark.parametrize("name", ["bad.csv", "bad.parquet"])
@@ -132,13 +160,142 @@ def test_prosody_needs_no_raw_columns(tmp_path, name):
         (lambda t: t.assign(time_s=t["time_s"] / 2), "frame period is 0.0125 s, but speech.frame_s is 0.025"),
         (lambda t: with_nan(t, "intensity", 5), "'intensity' is missing .NaN. or not a number in frame 5"),
         (lambda t: t.assign(intensity=0.0), "is constant"),
-        (lambda t: t.assign(pitch_gain=t["pitch_gain"] * 3), "pitch_gain.*outside"),
+        (lambda t: t.assign(pitch_gain=t["pitch_gain"] * 3), "'pitch_gain' reaches 2.9.*expected -1 to 1"),
+        (
+            lambda t: t.assign(time_s=t["time_s"] + 5),
+            "first frame is at 5.0125 s, so the frames before it are missing",
+        ),
+        (
+            lambda t: differentiated(t.assign(intensity=60 + 8 * t["intensity"])),
+            "has mean 60 and standard deviation 8,",
+        ),
+        (lambda t: differentiated(t.assign(intensity=t["intensity"] / 10)), "'intensity' has mean .* deviation 0.1,"),
+        (
+            lambda t: differentiated(t.assign(pitch_lag=t["pitch_lag"] * 1000)),
+            "'pitch_lag' reaches .*at most 0.025 s",
+        ),
+        (lambda t: differentiated(t.assign(pitch_lag=120 - 1e4 * t["pitch_lag"])), r"'pitch_lag' reaches 1\d\d"),
+        (
+            lambda t: differentiated(t.assign(pitch_lag=np.where(t["pitch_gain"] > 0, t["pitch_lag"] + 0.008, 0))),
+            "'pitch_lag' is never negative .mean 0.00[78]",
+        ),
+        (
+            lambda t: t.assign(d_intensity=t["d_intensity"] * 40),
+            "'d_intensity' is 40 times the change of 'intens",
+        ),
+        (
+            lambda t: t.assign(d_pitch_lag=t["d_pitch_lag"] * 40),
+            "'d_pitch_lag' is 40 times.*the previous frame, not per second",
+        ),
+        (lambda t: t.assign(d_pitch_gain=t["d_pitch_gain"] * 40), "'d_pitch_gain' is 40 times"),
+        (lambda t: t.assign(d_pitch_gain=0.0), "'d_pitch_gain' is 0 times"),
     ],
 )
 def test_invalid_prosody_is_rejected_in_one_line(tmp_path, corrupt, message):
     with pytest.raises(UserError, match=message) as caught:
         user_tables.prosody(save(corrupt(prosody_table()), tmp_path / "bad.parquet"), 0.025)
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda t: differentiated(t, np.gradient),
+        lambda t: t.round(3),
+        lambda t: differentiated(t.assign(intensity=1.3 * t["intensity"] + 0.3)),
+        lambda t: t.assign(d_pitch_lag=t["d_pitch_lag"].where(t["pitch_gain"] * t["pitch_gain"].shift() > 0, 0.0)),
+        lambda t: differentiated(t.assign(pitch_lag=0.0)),
+    ],
+    ids=[
+        "central differences",
+        "rounded",
+        "normalised over several records",
+        "none where voicing starts",
+        "monotone",
+    ],
+)
+def test_prosody_of_other_trackers_is_not_refused(tmp_path, change):
+    table = change(prosody_table(400))
+    np.testing.assert_allclose(
+        user_tables.prosody(save(table, tmp_path / "a.csv"), 0.025)["d_pitch_lag"], table["d_pitch_lag"]
+    )
+
+
+def test_the_script_in_the_documentation_makes_a_table_that_agrees_with_ours(tmp_path, monkeypatch):
+    """The script in docs/tables.md, run on a voice that glides, fades and pauses."""
+    times_s = np.arange(6 * 16000) / 16000
+    phase = 2 * np.pi * np.cumsum(180 + 40 * np.sin(2 * np.pi * 0.7 * times_s)) / 16000
+    loudness = 0.05 * (1.2 + np.sin(2 * np.pi * times_s)) * (times_s % 2 < 1.6)
+    samples = loudness * sum(np.sin(k * phase) / k for k in range(1, 9))
+    samples += np.random.default_rng(3).normal(0, 1e-4, len(times_s))
+    soundfile.write(tmp_path / "talk.wav", samples, 16000)
+    page = (ROOT / "docs/tables.md").read_text(encoding="utf-8")
+    (tmp_path / "script.py").write_text(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], encoding="utf-8")
+    arguments = [str(tmp_path / name) for name in ("script.py", "talk.wav", "talk.csv")]
+    monkeypatch.setattr(sys, "argv", arguments)
+    runpy.run_path(arguments[0], run_name="__main__")
+    table = user_tables.prosody(arguments[2], 0.025)
+    frames = prosody.measure(samples, 16000, frame_s=0.025, window_s=0.05, pitch_min_hz=60, pitch_max_hz=400)
+    ours = prosody.features(frames, prosody.statistics("a", frames, 0.4), 0.025)
+    assert len(table) == len(ours) == 240
+    voiced = (table["pitch_lag"] != 0) & (ours["pitch_gain"] > 0.4)
+    assert 150 < voiced.sum() < 200
+    inside = voiced & voiced.shift(fill_value=False)
+    for name in ("intensity", "pitch_lag", "d_intensity", "d_pitch_lag"):
+        assert np.corrcoef(table[name][inside], ours[name][inside])[0, 1] > 0.99, name
+    assert np.corrcoef(table["pitch_gain"], ours["pitch_gain"])[0, 1] > 0.95
+
+
+@pytest.mark.parametrize(
+    ("first", "separator", "decimal"), [("", ";", ","), ("sep=;\n", ";", ","), ("", ";", "."), ("", "\t", ",")]
+)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_csv_tables_of_spreadsheets_are_read(tmp_path, first, separator, decimal, encoding):
+    table = prosody_table()
+    text = first + table.to_csv(index=False, sep=separator, decimal=decimal)
+    (tmp_path / "a.csv").write_text(text, encoding=encoding)
+    np.testing.assert_allclose(user_tables.prosody(tmp_path / "a.csv", 0.025)["d_pitch_lag"], table["d_pitch_lag"])
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_a_record_called_1_is_found_though_the_column_holds_numbers(tmp_path, name):
+    both = pd.concat([gesture_table("1"), gesture_table("2").assign(label="rest")]).astype({"record": int})
+    assert (
+        user_tables.gestures(save(both, tmp_path / name), "1", LABELS)["label"].tolist()
+        == gesture_table()["label"].tolist()
+    )
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_start_end_and_label_of_gestures_are_enough(tmp_path, name):
+    plain = pd.DataFrame(
+        {"start_s": [0.0, 2.0004, 0.5], "end_s": [0.5, 3.21, 2.0], "label": ["rest", "open", "left"]}
+    )
+    table = user_tables.gestures(save(plain, tmp_path / name), "a", LABELS)
+    tables.validate(table, "segments", "a")
+    assert list(zip(table["start_s"], table["end_s"], table["label"], strict=True)) == [
+        (0.0, 0.5, "rest"), (0.5, 2.0, "left"), (2.0, 3.21, "open")
+    ]  # fmt: skip
+    assert set(table["record"]) == {"a"}
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ([(0, 1e18, "rest")], "its times exceed 1e.06 s"),
+        ([(5, 6, "rest")], "first segment starts at 5.000 s, not at 0"),
+        ([(0, 1, "rest"), (1.5, 2, "left")], "segment 0, 'rest' at 0.000-1.000 s, leaves a gap to the next one"),
+        ([(0, 1, "rest"), (0.9, 2, "left")], "segment 0, 'rest' at 0.000-1.000 s, overlaps the next one"),
+        ([(0, 1, "rest"), (1, 1, "left")], "segment 1, 'left' at 1.000-1.000 s, is empty"),
+        ([(0, 2, "rest"), (2, 1, "left")], "segment 1, 'left' at 2.000-1.000 s, ends before it starts"),
+        ([(0, np.nan, "rest")], "'end_s' is missing .NaN. or not a number in segment 0"),
+        ([(0, 1, "rset")], "segment 0: unknown label 'rset'; did you mean 'rest'"),
+    ],
+)
+def test_gestures_that_do_not_cover_the_record_are_rejected(tmp_path, rows, message):
+    table = pd.DataFrame(rows, columns=["start_s", "end_s", "label"])
+    with pytest.raises(UserError, match=message):
+        user_tables.gestures(save(table, tmp_path / "bad.csv"), "a", LABELS)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])

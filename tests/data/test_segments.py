@@ -45,6 +45,23 @@ def test_resampling_takes_the_label_at_each_frame_centre(stream, fps, new_fps):
     assert np.array_equal(segments.to_labels(resampled)[clear], np.array(expected, dtype=object)[clear])
 
 
+def test_a_frame_centre_on_a_boundary_belongs_to_the_later_segment():
+    """At 20 fps, every centre lies on a boundary of 25 ms."""
+    n_frames = 2000
+    table = segments.from_starts("a", np.arange(n_frames), np.arange(n_frames).astype(str), n_frames, 1 / 0.025)
+    resampled = segments.resample(table, n_frames // 2, 20.0)
+    assert resampled["label"].tolist() == [str(2 * k + 1) for k in range(n_frames // 2)]
+    assert segments.at_times(table, [-1.0, 0.0, 0.025, 0.05, 49.975, 50.0, 99.0]).tolist() == [
+        0,
+        0,
+        1,
+        2,
+        1999,
+        1999,
+        1999,
+    ]
+
+
 @given(labels, rates)
 def test_resampling_to_the_same_grid_changes_nothing(stream, fps):
     table = segments.from_labels("a", stream, fps)

@@ -224,6 +224,48 @@ def test_an_empty_table_is_valid(name, tmp_path):
     assert len(tables.read(tmp_path / "empty.parquet", name)) == 0
 
 
+def plausible_row(schema):
+    """Return a table of one row that follows the schema."""
+    row = {}
+    for column in schema.columns:
+        low = -np.inf if column.minimum is None else column.minimum
+        high = np.inf if column.maximum is None else column.maximum
+        if column.values or column.type == "string":
+            row[column.name] = [column.values[0] if column.values else "x"]
+        elif column.type == "bool":
+            row[column.name] = [False]
+        else:
+            row[column.name] = [np.clip(0, np.ceil(low) if column.type.startswith("int") else low, high)]
+    return pd.DataFrame(row)
+
+
+SCHEMAS = sorted(path.stem for path in tables.schema_folder().glob("*.yaml") if path.stem != "config")
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_values_beyond_a_minimum_or_maximum_of_any_schema_are_rejected(name):
+    schema = tables.schema(name)
+    row = plausible_row(schema)
+    tables.validate(row, name, "row")
+    for column in schema.columns:
+        for limit, step in ((column.minimum, -1), (column.maximum, 1)):
+            if limit is not None:
+                with pytest.raises(UserError, match=f"'{column.name}': row 0 is .*, outside"):
+                    tables.validate(row.assign(**{column.name: limit + step}), name, "row")
+                if limit == int(limit) or column.type == "float64":
+                    tables.validate(row.assign(**{column.name: limit}), name, "row")
+
+
+def test_a_limit_of_a_joint_angle_counts_like_that_of_a_column(monkeypatch):
+    bounded = tables.Column("[a-z]+_deg", "float64", "angle", minimum=-180, maximum=180)
+    schema = tables.Schema("bounded", 1, "", (), (), bounded)
+    monkeypatch.setattr(tables, "schema", lambda name: schema)
+    tables.validate(pd.DataFrame({"arm_deg": [-180.0, 180.0]}), "bounded", "x")
+    for value in (-180.1, 180.1):
+        with pytest.raises(UserError, match=r"'arm_deg': row 1 is .*, outside \[-180, 180\]"):
+            tables.validate(pd.DataFrame({"arm_deg": [0.0, value]}), "bounded", "x")
+
+
 def keys_without_value(node):
     if isinstance(node, list):
         return [key for child in node for key in keys_without_value(child)]

@@ -6,7 +6,7 @@ import actor
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cospeech.data import segments, tables, vocabulary
@@ -14,7 +14,7 @@ from cospeech.errors import UserError
 from cospeech.markov import parallel
 from cospeech.markov.parallel import MUST, NEVER
 from cospeech.motion import skeleton
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.segmentation import first_examples, gesture, labelled_hmm
 
 SETTINGS = {
     "labels": list(vocabulary.GESTURES),
@@ -124,8 +124,37 @@ def test_locked_joint_angles_are_not_used_as_features(cast):
 
 def test_training_without_examples_is_rejected(cast):
     motions, _, _ = cast
-    with pytest.raises(UserError, match="no annotated example"):
+    with pytest.raises(UserError, match=r"no annotated example .*or set phrases\.gesture\.first_examples to rules"):
         gesture.train(motions, NONE, SETTINGS)
+
+
+def test_rules_that_find_nothing_are_not_answered_by_rules(cast, monkeypatch):
+    motions, _, _ = cast
+    monkeypatch.setattr(first_examples, "add_proposals", lambda annotations, motions, labels: annotations)
+    with pytest.raises(UserError, match="the rules find no gesture of 4 frames or more") as caught:
+        gesture.train(motions, NONE, SETTINGS | {"first_examples": "rules"})
+    assert "first_examples" not in str(caught.value)
+
+
+@given(
+    st.lists(st.integers(0, 5000), min_size=2, max_size=12, unique=True).map(sorted), st.sampled_from([20, 25, 30])
+)
+@example([0, 1100], 25)
+def test_an_annotation_holds_the_frames_whose_centres_it_contains(times_ms, fps):
+    pairs = list(zip(times_ms[::2], times_ms[1::2], strict=False))
+    person = pd.DataFrame(
+        [("a", start / 1000, end / 1000, "left", "person") for start, end in pairs],
+        columns=["record", "start_s", "end_s", "gesture", "origin"],
+    )
+    found = gesture.spans(person, fps, 5 * fps, 1)
+    # in integers, because a centre may lie exactly on a boundary; it then belongs to the later side
+    inside = [
+        [k for k in range(5 * fps) if start * 2 * fps <= (2 * k + 1) * 1000 < end * 2 * fps] for start, end in pairs
+    ]
+    assert [list(range(start, end)) for start, end in zip(found["start"], found["end"], strict=True)] == [
+        frames for frames in inside if frames
+    ]
+    assert found["whole"].all()
 
 
 def test_features_are_angles_and_their_differences(cast):

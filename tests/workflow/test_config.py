@@ -2,6 +2,7 @@
 
 import copy
 import re
+from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -28,6 +29,14 @@ def changed(**changes):
             place = place[step]
         place[last] = value
     return config
+
+
+def recorded(records):
+    return changed(corpus__source="recorded", corpus__name="mine", corpus__records=records)
+
+
+A = {"record": "a", "actor": "x", "motion": "a.bvh", "audio": "a.wav"}
+B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
 
 
 def calibrated(**keys):
@@ -68,6 +77,10 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(corpus__markers__up="w"), "config: corpus.markers.up: 'w' is not one of"),
         (changed(corpus__markers__names={"left_hnd": "LHND"}), "no marker 'left_hnd'; did you mean 'left_hand'"),
         (changed(run="a/b"), "config: run: 'a/b' does not match"),
+        (changed(run=1), "config: run: YAML reads 1 as a number, not as text; write it in quotation marks"),
+        (recorded([A | {"record": 7}]), "corpus.records.0.record: YAML reads 7 as a number, not as text"),
+        (recorded([A | {"language": False}]), "corpus.records.0.language: YAML reads false as a truth value"),
+        (recorded([A | {"actor": date(2024, 5, 1)}]), 'corpus.records.0.actor: YAML reads "2024-05-01" as a date'),
         (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
         (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
         (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
@@ -115,19 +128,11 @@ def test_a_run_that_only_calibrates_needs_no_record():
     assert record_list.brings(record_list.records(config, "results/x")) == frozenset()
 
 
-def recorded(records):
-    return changed(corpus__source="recorded", corpus__name="mine", corpus__records=records)
-
-
 @pytest.fixture
 def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("a.bvh", "a.wav", "b.bvh", "b.wav", "p.csv"):
         Path(name).touch()
-
-
-A = {"record": "a", "actor": "x", "motion": "a.bvh", "audio": "a.wav"}
-B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
 
 
 @pytest.mark.parametrize(
@@ -228,9 +233,44 @@ def test_a_sheet_in_csv_is_the_same_as_a_list():
     assert from_sheet == record_list.records(recorded([A, B | {"start_s": 1.5}]), "r")
 
 
+SHEET = [A | {"start_s": 1.5}, B | {"start_s": 62.25, "end_s": 3600.0}]
+CELLS = [[str(value) for value in (*A.values(), "1.5", "")], [*B.values(), "0:01:02.25", "1:00:00"]]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le"])
+@pytest.mark.parametrize(("separator", "first", "end"), [
+    (",", "", "\n"), (";", "", "\r\n"), ("\t", "", "\r"), (";", "sep=;\r\n", "\r\n"), (";", "", ";;\n\n;;;\n"),
+])  # fmt: skip
+@pytest.mark.usefixtures("files")
+def test_sheets_of_spreadsheets_are_read(separator, first, end, encoding):
+    rows = [[*A, "start_s", "end_s"], *CELLS]
+    if separator != ",":
+        rows = [[cell.replace(".25", ",25").replace("1.5", "1,5") for cell in row] for row in rows]
+    Path("sheet.csv").write_bytes((first + "".join(separator.join(row) + end for row in rows)).encode(encoding))
+    assert record_list.records(recorded("sheet.csv"), "r") == record_list.records(recorded(SHEET), "r")
+
+
+@pytest.mark.usefixtures("files")
+def test_times_in_a_list_may_be_written_with_colons():
+    listed = record_list.records(recorded([A | {"start_s": "00:01:02.5"}, B]), "r")
+    assert listed["a"]["start_s"] == 62.5
+    with pytest.raises(UserError, match="record 'a': end_s 'late' is not a number of seconds or a time"):
+        record_list.records(recorded([A | {"end_s": "late"}, B]), "r")
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
+        ("record;actor;video\n", "unknown column 'video'"),
+        ("Record;actor\n", "unknown column 'Record'; did you mean 'record'"),
+        ("record,actor,start_s\na,x,nan\n", "line 2: start_s 'nan' is not a number"),
+        ("record,actor,start_s\na,x,-1\n", "line 2: start_s is negative"),
+        ('record,actor,motion\na,x,"a\nb.bvh"\n', "line 2: the cell in column 'motion' contains a line break"),
+        ('record,actor\n"a\n",x\n"b/c",x\n', "line 4: 'b/c' becomes part of a path"),
+        ("record,actor,start_s\na,x,00:00:05:12\n", "a time code with a frame number"),
+        ('record,"ac\ntor"\n', "the name of column 2, 'ac tor', contains a line break"),
+        ("record,actor,actor\n", "two columns are called 'actor'"),
+        ("\x00\x01\x00PK", "is not a text file"),
         ("record,actor,video\n", "unknown column 'video'"),
         ("record\na\n", "columns 'record' and 'actor' are needed"),
         ("record,actor,start_s\na,x,soon\n", "line 2: start_s 'soon' is not a number"),
@@ -247,7 +287,7 @@ def test_mistakes_in_a_sheet_are_named(tmp_path, text, complaint):
 
 
 def test_a_missing_sheet_is_named():
-    with pytest.raises(UserError, match=r"nowhere\.csv: cannot be read"):
+    with pytest.raises(UserError, match=r"nowhere\.csv: cannot be read, there is no such file"):
         record_list.records(recorded("nowhere.csv"), "r")
 
 
@@ -295,6 +335,14 @@ def test_what_is_shown_is_among_the_systems(animated, shown, systems, brings, co
     config = changed(animation__systems=animated, animation__video__shown=shown)
     with pytest.raises(UserError, match=re.escape(complaint)):
         configuration.check_systems(config, systems, frozenset(brings))
+
+
+def test_only_a_gesture_model_needs_the_class_rest():
+    config = changed(phrases__gesture__labels=["left", "right"])
+    configuration.check_labels(config, frozenset({"gestures", "prosody"}))
+    configuration.check(overlay(config, {"corpus": recorded([A, B])["corpus"]}))
+    with pytest.raises(UserError, match="labels must contain 'rest'"):
+        configuration.check_labels(config, frozenset({"motion", "audio"}))
 
 
 def test_what_makes_motion_need_not_be_named_to_be_shown():

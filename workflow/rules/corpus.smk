@@ -42,6 +42,16 @@ def examples_of(wildcards):
     return {}
 
 
+def recording(wildcards):
+    """Return what the annotations of a record have to agree with, besides its duration."""
+    given = RECORDS[wildcards.record]
+    return {
+        "sound": given["audio"],
+        "start_s": given["start_s"] or 0.0,
+        "tolerance_s": config["corpus"]["length_tolerance_s"],
+    }
+
+
 rule record:
     input:
         unpack(files_of),
@@ -69,6 +79,8 @@ rule examples:
         annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
     params:
         labels=config["phrases"]["gesture"]["labels"],
+        tier=config["corpus"]["annotations"]["tier"],
+        recording=recording,
     message:
         "annotated examples of {wildcards.record}"
     script:
@@ -78,6 +90,7 @@ rule examples:
 rule records:
     input:
         records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
+        annotations=f"{RESULTS}/corpus/annotations.parquet",
     output:
         records=f"{RESULTS}/corpus/records.parquet",
     message:

@@ -45,10 +45,14 @@ def features(motion: pd.DataFrame) -> pd.DataFrame:
 def spans(annotations: pd.DataFrame, fps: float, n_frames: int, states: int) -> pd.DataFrame:
     """Return a record's annotations in frames: start, end, gesture, and whether they cover the whole phrase.
 
+    An annotation consists of the frames whose centres lie in [start, end).
     Examples proposed by a rule cover only the clear part of a phrase. Annotations of fewer than ``states`` frames are
     dropped, because a pass through a branch has at least one frame per state.
     """
-    edges = np.ceil(annotations[["start_s", "end_s"]].to_numpy() * fps - 0.5).clip(0, n_frames).astype(np.int64)
+    centres = annotations[["start_s", "end_s"]].to_numpy() * fps - 0.5
+    edges = (
+        np.ceil(centres.round(6)).clip(0, n_frames).astype(np.int64)
+    )  # rounded: a boundary may be a frame's centre
     table = pd.DataFrame(
         {
             "start": edges[:, 0],
@@ -123,9 +127,14 @@ def train(
     annotated = set(pd.concat(labelled.values())["gesture"])
     classes = tuple(dict.fromkeys(label for label in (REST, *labels) if label in annotated))
     if not classes:
+        if settings["first_examples"] == "rules":
+            raise UserError(
+                f"{', '.join(motions)}: the rules find no gesture of {states} frames or more in the joint angles; "
+                "check that the arms move as they did in the recording, or annotate some phrases of each class"
+            )
         raise UserError(
-            f"{', '.join(motions)}: no annotated example of any gesture class; annotate some phrases of each class, "
-            "or set phrases.gesture.first_examples to rules"
+            f"{', '.join(motions)}: no annotated example of any gesture class lasts {states} frames or more; "
+            "annotate some phrases of each class, or set phrases.gesture.first_examples to rules"
         )
     notes += [f"class '{label}' has no examples and is left out" for label in labels if label not in classes]
     floor = parallel_start.variance_floor(list(sequences.values()), names, settings["variance_floor"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Collection, Mapping
 from typing import Any
 
@@ -15,6 +16,9 @@ from cospeech.motion.markers import NAMES
 from cospeech.workflow.takes import calibrates
 
 Config = dict[str, Any]
+
+KINDS = {int: "number", float: "number", bool: "truth value", type(None): "null"}
+"""What YAML takes words for that are not in quotation marks; anything else is a date."""
 
 
 def in_order(config: Config) -> Config:
@@ -43,6 +47,15 @@ def check(config: Config) -> None:
         raise UserError("; ".join(_explain(error) for error in found[:5]))
     for problem in _impossible(config):
         raise UserError(f"config: {problem}")
+
+
+def check_labels(config: Config, brings: frozenset[str]) -> None:
+    """Raise UserError unless a gesture model can start from the class ``rest``; delivered gestures need no model."""
+    if "motion" in brings and "rest" not in config["phrases"]["gesture"]["labels"]:
+        raise UserError(
+            "config: phrases.gesture.labels must contain 'rest', the class that clustering starts from, unless all "
+            "records come with their gestures"
+        )
 
 
 def check_systems(
@@ -89,6 +102,15 @@ def _explain(error: Any) -> str:
         deepest = max(error.context, key=lambda inner: len(inner.absolute_path))
         if deepest.absolute_path != error.absolute_path:
             return _explain(deepest)
+    if (
+        error.validator == "type"
+        and error.validator_value == "string"
+        and not isinstance(error.instance, dict | list)
+    ):
+        return (
+            f"config: {place}: YAML reads {json.dumps(error.instance, default=str)} as a "
+            f"{KINDS.get(type(error.instance), 'date')}, not as text; write it in quotation marks"
+        )
     return f"config: {place}: {error.message}; see data_schema/config.yaml"
 
 
@@ -102,8 +124,6 @@ def _impossible(config: Config) -> list[str]:
         problems.append("speech: window_s must be at least frame_s, or samples go unseen")
     if config["synthesis"]["max_duration_s"] < 2 * speech["frame_s"]:
         problems.append("synthesis.max_duration_s must span at least two prosody frames (speech.frame_s)")
-    if "rest" not in config["phrases"]["gesture"]["labels"]:
-        problems.append("phrases.gesture.labels must contain 'rest', the class that clustering starts from")
     if len(config["run"]) > 60:
         problems.append("run: a name of at most 60 characters, as it becomes a folder")
     corpus = config["corpus"]
@@ -120,6 +140,8 @@ def _impossible(config: Config) -> list[str]:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)[0]
             problems.append(f"corpus.markers.names: we have no marker '{name}'; did you mean '{near}'?")
     if corpus["source"] == "studio":
+        if "rest" not in config["phrases"]["gesture"]["labels"]:
+            problems.append("phrases.gesture.labels must contain 'rest', which every actor of the studio does")
         names = [actor["actor"] for actor in config["studio"]["actors"]]
         if len(set(names)) < len(names):
             problems.append("studio.actors: two actors have one name")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import difflib
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -11,6 +11,7 @@ from typing import Any
 
 from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import UserError
+from cospeech.formats import delimited
 from cospeech.workflow.config import Config
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -22,6 +23,8 @@ RECORD_FIELDS = (
 )  # fmt: skip
 
 FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
+
+TIMES = ("start_s", "end_s")
 
 Record = dict[str, Any]
 
@@ -121,44 +124,44 @@ def _studio_records(config: Config, results: str) -> list[Record]:
 
 
 def _listed_records(given: str | list[Record]) -> list[Record]:
+    """Return the records of a sheet or of a list in the configuration, whose times may be written as h:mm:ss."""
     if isinstance(given, str):
-        given = _read_sheet(Path(given))
-    return [dict.fromkeys(RECORD_FIELDS) | record for record in given]
+        return [dict.fromkeys(RECORD_FIELDS) | record for record in _read_sheet(Path(given))]
+    listed = [dict.fromkeys(RECORD_FIELDS) | record for record in given]
+    for record in listed:
+        for key in TIMES:
+            text = record[key]
+            if isinstance(text, str):
+                try:
+                    record[key] = delimited.parse_seconds(text)
+                except ValueError as error:
+                    raise UserError(f"config: record '{record['record']}': {key} {error}") from None
+    return listed
 
 
 def _read_sheet(path: Path) -> list[Record]:
     """Read a record sheet in CSV: the columns of ``RECORD_FIELDS``, empty where there is none."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
-            fields = reader.fieldnames or []
-            rows = list(reader)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise UserError(f"{path}: cannot be read as a CSV sheet of records ({error})") from error
-    unknown = [field for field in fields if field not in RECORD_FIELDS]
-    if unknown or not {"record", "actor"} <= set(fields):
-        problem = f"unknown column '{unknown[0]}'" if unknown else "columns 'record' and 'actor' are needed"
-        raise UserError(f"{path}: {problem}; known are {', '.join(RECORD_FIELDS)}")
+    sheet = delimited.read(path, RECORD_FIELDS)
+    unknown = [name for name in sheet.columns if name not in RECORD_FIELDS]
+    if unknown:
+        near = difflib.get_close_matches(unknown[0].lower(), RECORD_FIELDS, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(RECORD_FIELDS)}"
+        raise UserError(f"{path}: unknown column '{unknown[0][:40]}'; {hint}")
+    if not {"record", "actor"} <= set(sheet.columns):
+        raise UserError(f"{path}: columns 'record' and 'actor' are needed; known are {', '.join(RECORD_FIELDS)}")
     listed = []
-    for line, row in enumerate(rows, start=2):
-        if None in row:
-            raise UserError(f"{path}: line {line} has more cells than the heading")
-        record: Record = {key: value for key, value in row.items() if value}
-        for key in ("start_s", "end_s"):
-            if key in record:
-                try:
-                    record[key] = float(record[key])
-                except ValueError:
-                    raise UserError(
-                        f"{path}: line {line}: {key} '{record[key]}' is not a number of seconds"
-                    ) from None
+    for (line, cells), times in zip(sheet.rows, delimited.parse_times(sheet, TIMES, path), strict=True):
+        record: Record = {key: cell for key, cell in cells.items() if cell} | times
         if "record" not in record or "actor" not in record:
-            raise UserError(f"{path}: line {line}: needs a record and an actor")
+            raise UserError(f"{path}: line {line}: needs a record and an actor; complete or delete the line")
         for name in (record["record"], record["actor"]):
             if not re.fullmatch(NAME, name):
                 raise UserError(
                     f"{path}: line {line}: '{name}' becomes part of a path; take letters, digits, '-' and '_' only"
                 )
+        negative = [key for key, time_s in times.items() if time_s < 0]
+        if negative:
+            raise UserError(f"{path}: line {line}: {negative[0]} is negative; times count from the start of the file")
         listed.append(record)
     return listed
 
