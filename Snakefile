@@ -12,6 +12,7 @@ from snakemake.utils import min_version
 from cospeech.kernels import code_hash
 from cospeech.workflow import progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
+from cospeech.workflow import config_file, leftovers, paths, processes
 from cospeech.workflow import records as record_list
 from cospeech.workflow import sweep as settings
 from cospeech.workflow import takes as capture_takes
@@ -29,15 +30,18 @@ gc.disable()
 configfile: Path(workflow.basedir) / "config/demo.yaml"
 
 
-RESULTS = f"results/{config['run']}"
-REPORTS = f"reports/{config['run']}"
-VIRTUAL = config["corpus"]["source"] == "studio"
-
 try:
-    configuration.check(config)
-    ordered = configuration.in_order(config)
+    for name in workflow.overwrite_configfiles:
+        config_file.check(Path(name))
+    checked = configuration.in_order(configuration.normalised(config))
+    configuration.check(checked)
     config.clear()
-    config.update(ordered)
+    config.update(checked)
+    RESULTS = f"results/{config['run']}"
+    REPORTS = f"reports/{config['run']}"
+    VIRTUAL = config["corpus"]["source"] == "studio"
+    paths.plain(workflow.basedir, "the folder of cospeech")
+    capture_takes.check_paths(config)
     RECORDS = record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
@@ -46,7 +50,7 @@ try:
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
-    raise WorkflowError(str(error)) from None
+    raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
     for failure in CHOSEN.failures:
@@ -167,13 +171,17 @@ for scripted in [declared for declared in workflow.rules if declared.script]:
 
 
 STARTED = time.time()
+processes.prepare()
 
 
 onstart:
     try:
         run_lock.hold(Path(RESULTS, ".lock"))
+        run_lock.check_writable(Path(REPORTS))
     except UserError as error:
-        raise WorkflowError(str(error)) from None
+        raise WorkflowError(f"cospeech: {error}") from None
+    leftovers.remove([Path(RESULTS), Path(REPORTS)])
+    processes.end_on_interrupt()
     gc.freeze()
     gc.enable()
     if not workflow.non_local_exec:
@@ -182,8 +190,7 @@ onstart:
         workflow.scheduler.job_rate_limiter = None
     if VIRTUAL:
         planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
-        told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.write_line(f"cospeech: {told}")
+        progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 
 
 onsuccess:
@@ -193,11 +200,10 @@ onsuccess:
         timings.save(
             Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
         )
-        print(f"cospeech: done; the report is {REPORTS}/index.html")
-    else:
-        print(f"cospeech: done; see {RESULTS}/capture")
+    progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))
 
 
 onerror:
+    leftovers.remove([Path(RESULTS), Path(REPORTS)])
     for line in mistakes(since=STARTED):
         progress.write_line(f"cospeech: {line}")
