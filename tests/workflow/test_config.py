@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from cospeech.errors import UserError
+from cospeech.errors import MissingFileError, UserError
 from cospeech.workflow import config as configuration
+from cospeech.workflow import paths
 from cospeech.workflow import records as record_list
 from cospeech.workflow import sweep as settings
 from cospeech.workflow import takes as capture_takes
@@ -377,3 +378,36 @@ def test_transplants_name_actors_and_records():
     ):
         with pytest.raises(UserError, match=complaint):
             record_list.transplants(changed(transplant__pairs=[pair]), listed)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("clicks", "nowhere", "capture.clicks: no file or folder nowhere"),
+        ("corrections", "nowhere", "capture.corrections: no file or folder nowhere"),
+        ("file", "rig.toml", "capture.calibration.file: no file or folder rig.toml"),
+    ],
+)
+def test_files_of_the_capture_must_exist(tmp_path, monkeypatch, key, value, complaint):
+    monkeypatch.chdir(tmp_path)
+    config = calibrated(method="given", file=value) if key == "file" else changed(**{f"capture__{key}": value})
+    with pytest.raises(UserError, match=complaint):
+        capture_takes.check_paths(config)
+    Path(value).mkdir()
+    capture_takes.check_paths(config)
+
+
+def test_paths_are_relative_to_the_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("corpus").mkdir()
+    for name in ("a.bvh", "a.wav", "b.bvh", "b.wav"):
+        Path("corpus", name).touch()
+    with pytest.raises(MissingFileError) as caught:
+        record_list.records(recorded([A, B]), "r")
+    said = paths.explain(caught.value, ["corpus/mine.yaml"])
+    assert said.startswith(
+        f"config: record 'a': no motion file a.bvh in {tmp_path}: paths are relative to the folder"
+    )
+    assert said.endswith("write corpus/a.bvh")
+    monkeypatch.chdir("corpus")
+    record_list.records(recorded([A, B]), "r")
