@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from cospeech.kernels import code_hash
-from cospeech.workflow import progress, run_lock, time_estimate
+from cospeech.workflow import manifest, progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.workflow import config_file, leftovers, paths, processes
 from cospeech.workflow import records as record_list
@@ -120,7 +120,7 @@ localrules:
 rule all:
     default_target: True
     input:
-        f"{REPORTS}/index.html" if RECORDS else CALIBRATION_OUTPUTS,
+        promised,
 
 
 rule sweep:
@@ -159,9 +159,11 @@ rule quality:
 
 rule verify:
     params:
-        run=config["run"],
+        results=RESULTS,
+        reports=REPORTS,
+        left_over=left_over,
     message:
-        "reading every artifact of the run again"
+        "comparing every file of the run with the manifest"
     script:
         "scripts/verify.py"
 
@@ -180,7 +182,10 @@ onstart:
         run_lock.check_writable(Path(REPORTS))
     except UserError as error:
         raise WorkflowError(f"cospeech: {error}") from None
-    leftovers.remove([Path(RESULTS), Path(REPORTS)])
+    planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
+    if planned.keys() != {"verify"}:
+        leftovers.remove([Path(RESULTS), Path(REPORTS)])
+        refuse_what_was_changed()
     processes.end_on_interrupt()
     gc.freeze()
     gc.enable()
@@ -189,21 +194,18 @@ onstart:
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
     if VIRTUAL:
-        planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 
 
 onsuccess:
     if RECORDS:
-        from cospeech.report import timings  # not above: pandas would cost every start half a second
-
-        timings.save(
-            Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
-        )
+        write_seconds()
+    write_manifest()
     progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))
 
 
 onerror:
     leftovers.remove([Path(RESULTS), Path(REPORTS)])
+    write_manifest()
     for line in mistakes(since=STARTED):
         progress.write_line(f"cospeech: {line}")

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from cospeech.errors import UserError
 
-MARKS = ("logs", "corpus", "capture")
-"""Folders of which every run makes one. They identify its results where the lock file was not copied with them."""
+MARKS = ("run", "logs", "corpus", "capture")
+"""Folders of which every run makes some. They identify its results where the lock file was not copied with them."""
 
 _held: dict[Path, int] = {}
 
