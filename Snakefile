@@ -40,6 +40,7 @@ try:
     RESULTS = f"results/{config['run']}"
     REPORTS = f"reports/{config['run']}"
     VIRTUAL = config["corpus"]["source"] == "studio"
+    run_lock.check_writable(Path())
     paths.plain(workflow.basedir, "the folder of cospeech")
     capture_takes.check_paths(config)
     RECORDS = record_list.records(config, RESULTS)

@@ -70,7 +70,7 @@ def test_results_that_cannot_be_written_are_refused_in_one_line(tmp_path, monkey
     blocked.write_text("")
     with pytest.raises(UserError, match="results: is a file, where a folder of results is needed"):
         use(blocked)
-    with pytest.raises(UserError, match="is a file, where a folder"):
+    with pytest.raises(UserError, match="results: is a file, where a folder"):
         use(blocked / "demo")
     blocked.unlink()
 

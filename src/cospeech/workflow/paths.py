@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -55,6 +56,6 @@ def explain(error: UserError, configurations: Sequence[str | Path]) -> str:
         if (folder / error.path).exists():
             return (
                 f"{error} in {Path.cwd()}: paths are relative to the folder in which the command is run, not to the "
-                f"configuration; write {folder / error.path}"
+                f"configuration; write {os.path.relpath(folder / error.path)}"
             )
     return f"{error} in {Path.cwd()}; correct its path, which is relative to the folder in which the command is run"

@@ -37,7 +37,7 @@ def hold(path: Path) -> None:
         # A link is not followed and nothing is truncated: the lock may be a file that somebody else put there.
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
     except OSError as error:
-        raise UserError(f"{error.filename or path}: {_reason(error)}") from None
+        raise UserError(_explain(error, path)) from None
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
         raise UserError(f"{path}: is not an ordinary file, so it cannot be the lock of a run; remove it")
@@ -56,9 +56,17 @@ def check_writable(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UserError(f"{error.filename or folder}: {_reason(error)}") from None
+        raise UserError(_explain(error, folder)) from None
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise UserError(f"{folder}: {_reason(PermissionError(errno.EACCES, ''))}")
+        raise UserError(_explain(PermissionError(errno.EACCES, ""), folder.absolute()))
+
+
+def _explain(error: OSError, path: Path) -> str:
+    """Return one line about an error at ``path``, or at one of the folders that contain it."""
+    if error.errno in (errno.EEXIST, errno.ENOTDIR):
+        blocking = next((one for one in (path, *path.parents) if one.is_file()), path)
+        return f"{blocking}: is a file, where a folder of results is needed; move it"
+    return f"{error.filename or path}: {_reason(error)}"
 
 
 def _reason(error: OSError) -> str:
@@ -68,6 +76,4 @@ def _reason(error: OSError) -> str:
         return "is a symbolic link, which the lock of a run must not be; remove it"
     if error.errno in (errno.EISDIR, errno.ENXIO):
         return "is not an ordinary file, so it cannot be the lock of a run; remove it"
-    if error.errno in (errno.EEXIST, errno.ENOTDIR):
-        return "is a file, where a folder of results is needed; move it"
     return f"cannot be used ({error.strerror}); run the command in another folder"
