@@ -16,13 +16,13 @@ help:
 	@echo "make bundled-model                                 train the model that comes with the package (docs/models.md)"
 
 report: .venv/report.stamp
-	$(BIN)/cospeech report --config $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech report --config '$(CONFIG)' --cores $(CORES)
 
 sweep: .venv/report.stamp
-	$(BIN)/cospeech sweep --config $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech sweep --config '$(CONFIG)' --cores $(CORES)
 
 verify: .venv/report.stamp
-	$(BIN)/cospeech verify --config $(CONFIG) --cores $(CORES)
+	$(BIN)/cospeech verify --config '$(CONFIG)' --cores $(CORES)
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
@@ -54,6 +54,7 @@ bundled-model: .venv/report.stamp
 # The environments are made from hash-locked requirements; the package itself is installed in place.
 .venv/report.stamp: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "cospeech needs Python 3.11 or newer, this is %d.%d: make PYTHON=python3.12 ..." % sys.version_info[:2])'
+	@PYTHONPATH=src $(PYTHON) -c 'import os, sys; from cospeech.workflow.paths import PLACEHOLDER; found = PLACEHOLDER.search(os.getcwd()); sys.exit(found and f"{os.getcwd()}: Snakemake takes {found[0]} in a path for a placeholder; rename this folder")'
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .

@@ -12,6 +12,7 @@ from snakemake.utils import min_version
 from cospeech.kernels import code_hash
 from cospeech.workflow import manifest, progress, run_lock, time_estimate
 from cospeech.workflow import config as configuration
+from cospeech.workflow import config_file, leftovers, paths, processes
 from cospeech.workflow import records as record_list
 from cospeech.workflow import sweep as settings
 from cospeech.workflow import takes as capture_takes
@@ -29,15 +30,19 @@ gc.disable()
 configfile: Path(workflow.basedir) / "config/demo.yaml"
 
 
-RESULTS = f"results/{config['run']}"
-REPORTS = f"reports/{config['run']}"
-VIRTUAL = config["corpus"]["source"] == "studio"
-
 try:
-    configuration.check(config)
-    ordered = configuration.in_order(config)
+    for name in workflow.overwrite_configfiles:
+        config_file.check(Path(name))
+    checked = configuration.in_order(configuration.normalised(config))
+    configuration.check(checked)
     config.clear()
-    config.update(ordered)
+    config.update(checked)
+    RESULTS = f"results/{config['run']}"
+    REPORTS = f"reports/{config['run']}"
+    VIRTUAL = config["corpus"]["source"] == "studio"
+    run_lock.check_writable(Path())
+    paths.plain(workflow.basedir, "the folder of cospeech")
+    capture_takes.check_paths(config)
     RECORDS = record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
@@ -47,7 +52,7 @@ try:
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
-    raise WorkflowError(str(error)) from None
+    raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
     for failure in CHOSEN.failures:
@@ -170,16 +175,20 @@ for scripted in [declared for declared in workflow.rules if declared.script]:
 
 
 STARTED = time.time()
+processes.prepare()
 
 
 onstart:
     try:
         run_lock.hold(Path(RESULTS, ".lock"))
+        run_lock.check_writable(Path(REPORTS))
     except UserError as error:
-        raise WorkflowError(str(error)) from None
+        raise WorkflowError(f"cospeech: {error}") from None
     planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
     if planned.keys() != {"verify"}:
+        leftovers.remove([Path(RESULTS), Path(REPORTS)])
         refuse_what_was_changed()
+    processes.end_on_interrupt()
     gc.freeze()
     gc.enable()
     if not workflow.non_local_exec:
@@ -187,20 +196,18 @@ onstart:
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
     if VIRTUAL:
-        told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
-        progress.write_line(f"cospeech: {told}")
+        progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 
 
 onsuccess:
     if RECORDS:
         write_seconds()
-        print(f"cospeech: done; the report is {REPORTS}/index.html")
-    else:
-        print(f"cospeech: done; see {RESULTS}/capture")
     write_manifest()
+    progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))
 
 
 onerror:
+    leftovers.remove([Path(RESULTS), Path(REPORTS)])
     write_manifest()
     for line in mistakes(since=STARTED):
         progress.write_line(f"cospeech: {line}")

@@ -81,7 +81,7 @@ def test_a_wrong_call_ends_with_status_2(snakemake, capsys, arguments, complaint
         ("", "contains no settings"),
         ("- a\n- b\n", "contains no settings"),
         ("run: x\nstudio: [1\n", "line 3: not valid YAML"),
-        (b"\xff\xfe\x00", "not valid YAML"),
+        (b"\xff\xfe\x00", "line 1: not in UTF-8"),
     ],
 )
 def test_a_wrong_configuration_ends_with_status_1_and_one_line(

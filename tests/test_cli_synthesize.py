@@ -242,6 +242,13 @@ def test_an_output_folder_that_cannot_be_written_to_is_refused(call, out):
     assert re.fullmatch(rf"cospeech: {out}: not a writable folder \(.+\); name another with --out", line)
 
 
+def test_no_empty_folder_is_left_where_all_files_are_wrong(call):
+    Path("kept").mkdir()
+    for out in ("kept", "kept/new/deep"):
+        assert call("nowhere.wav", "--out", out).status == 1
+        assert files() == {"kept"}
+
+
 def test_a_file_in_the_way_is_kept_unless_it_may_be_replaced(call):
     Path("speech.TextGrid").write_text("corrected by hand")
     shutil.copy("speech.wav", "talk.wav")

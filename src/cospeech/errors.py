@@ -6,3 +6,16 @@ class UserError(Exception):
 
     Scripts print the message and stop. Any other exception is a bug in the program and keeps its traceback.
     """
+
+
+class MissingFileError(UserError):
+    """The user named a file or folder that does not exist.
+
+    Attributes
+    ----------
+    path : the path as the user wrote it.
+    """
+
+    def __init__(self, path: str, message: str) -> None:
+        super().__init__(message)
+        self.path = path

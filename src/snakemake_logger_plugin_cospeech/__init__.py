@@ -1,12 +1,15 @@
 """Snakemake logger plugin: one line per finished job, with the progress of the run and the estimated time left.
 
-Snakemake finds the plugin by its name (``--logger cospeech``, set in the default profile). Errors and all other
-messages of Snakemake are passed on unchanged; with ``--quiet progress``, only these are shown.
+Snakemake finds the plugin by its name (``--logger cospeech``, set in the default profile). Other messages of
+Snakemake are passed on; with ``--quiet progress``, only errors are. An error that is ours is shown without its place
+in the Snakefile, and after Ctrl-C, the failures of jobs that were ended are not shown.
 """
 
 from __future__ import annotations
 
+import logging
 import os
+import re
 import time
 from collections import Counter, defaultdict
 from logging import LogRecord
@@ -16,13 +19,19 @@ from typing import NamedTuple
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from cospeech.workflow.progress import JOB_PROGRESS_VARIABLE, clock, write_line
+from cospeech.workflow.progress import JOB_PROGRESS_VARIABLE, clock, interrupted, write_line
 
 SILENT = (LogEvent.JOB_INFO, LogEvent.JOB_STARTED, LogEvent.JOB_FINISHED, LogEvent.RESOURCES_INFO, LogEvent.PROGRESS)
 """Events that are replaced by the lines for finished jobs."""
 
 SELECTING = "Select jobs to execute..."
 """Message of Snakemake before each job, which is not an event."""
+
+OURS = re.compile(r"^(cospeech: .*)$", re.MULTILINE)
+"""The line of an error of Snakemake that is a message of ours."""
+
+UNREADABLE = re.compile(r"_get_overwrite_config.*^(\w+Error[^\n]*)$", re.MULTILINE | re.DOTALL)
+"""A traceback of Snakemake's own reading of configuration files, before ours can check them; its last line."""
 
 
 class Job(NamedTuple):
@@ -48,15 +57,18 @@ class LogHandler(LogHandlerBase):
         self.running: dict[int, Job] = {}
         self.spent_s: defaultdict[str, float] = defaultdict(float)
         self.finished: Counter[str] = Counter()
-        quiet = {str(kind) for kind in self.common_settings.quiet or ()}
-        if not quiet & {"progress", "all"}:
+        self.quiet = bool({str(kind) for kind in self.common_settings.quiet or ()} & {"progress", "all"})
+        if not self.quiet:
             os.environ[JOB_PROGRESS_VARIABLE] = "1"  # inherited by the jobs
 
     def emit(self, record: LogRecord) -> None:
         """Update the progress by an event, and write a line if there is something to report."""
         event = getattr(record, "event", None)
-        if self.common_settings.dryrun:
-            self._write(self.format(record))
+        if record.levelno >= logging.ERROR:
+            if not interrupted.is_set():
+                write_line(_message(self.format(record)))
+        elif self.common_settings.dryrun:
+            self._tell(self.format(record))
         elif event == LogEvent.JOB_INFO:
             task = getattr(record, "rule_msg", None) or record.rule_name  # type: ignore[attr-defined]
             self.running[record.jobid] = Job(record.rule_name, task, time.monotonic())  # type: ignore[attr-defined]
@@ -65,7 +77,7 @@ class LogHandler(LogHandlerBase):
         elif event not in SILENT and record.getMessage() != SELECTING:
             if event == LogEvent.RUN_INFO:
                 self.planned = Counter({rule: n for rule, n in record.stats.items() if rule != "total"})  # type: ignore[attr-defined]
-            self._write(self.format(record))
+            self._tell(self.format(record))
 
     def _finished(self, number: int) -> None:
         now_s = time.monotonic()
@@ -74,7 +86,7 @@ class LogHandler(LogHandlerBase):
         self.spent_s[job.rule] += now_s - job.start_s
         done, total = self.finished.total(), self.planned.total()
         left = f"about {clock(self.remaining_s(now_s))} left" if done < total else "done"
-        self._write(
+        self._tell(
             f"[{done}/{total}, {clock(now_s - self.start_s)}, {left}] {job.task} ({now_s - job.start_s:.1f} s)"
         )
 
@@ -94,7 +106,20 @@ class LogHandler(LogHandlerBase):
         parallel = max(1.0, sum(self.spent_s.values()) / (now_s - self.start_s))
         return max(0.0, expected_s) / parallel
 
-    @staticmethod
-    def _write(line: str) -> None:
-        if line:
+    def _tell(self, line: str) -> None:
+        """Write a line that is not an error."""
+        if line and not self.quiet:
             write_line(line)
+
+
+def _message(error: str) -> str:
+    """Return what a reader needs of an error message of Snakemake."""
+    own, unreadable = OURS.search(error), UNREADABLE.search(error)
+    if own:
+        return own[1]
+    if unreadable:
+        return (
+            f"cospeech: a file of --configfile cannot be read ({unreadable[1]}); it must be in UTF-8, without values "
+            "that contain themselves or are nested hundreds deep"
+        )
+    return error

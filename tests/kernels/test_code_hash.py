@@ -70,8 +70,35 @@ def test_hash_changes_with_what_a_script_depends_on_and_with_nothing_else(packag
     script.write_text("from cospeech.data import tables\n")
     before = code_hash.code_hash(script)
     (package / "data/segments.py").write_text("# not imported by the script\n")
-    code_hash.imports.cache_clear()
+    code_hash._mentions.cache_clear()
     assert code_hash.code_hash(script) == before
     (package / "errors.py").write_text((package / "errors.py").read_text() + "# edited\n")
-    code_hash.imports.cache_clear()
+    code_hash._mentions.cache_clear()
     assert code_hash.code_hash(script) != before
+
+
+def test_hash_changes_with_the_schemas_that_a_script_names_and_with_no_other(tmp_path, monkeypatch):
+    folder = tmp_path / "data_schema"
+    shutil.copytree(code_hash.SCHEMAS, folder)
+    monkeypatch.setattr(code_hash, "SCHEMAS", folder)
+    code_hash._known_schemas.cache_clear()
+    code_hash._mentions.cache_clear()
+    script = tmp_path / "script.py"
+    script.write_text("from cospeech.data import tables\ntables.read('a.parquet', 'units')\n")
+    before = code_hash.code_hash(script)
+    for name, same in (("motion", True), ("config", True), ("units", False)):
+        with (folder / f"{name}.yaml").open("a") as file:
+            file.write("# edited\n")
+        assert (code_hash.code_hash(script) == before) is same, name
+    code_hash._known_schemas.cache_clear()
+    code_hash._mentions.cache_clear()
+
+
+def test_schemas_of_scripts_are_those_that_they_read_and_write():
+    def named(script):
+        return {path.stem for path in code_hash.schemas(code_hash.closure(SCRIPTS / script))}
+
+    assert named("corpus/record.py") == {"motion", "segments", "prosody", "offsets", "records"}
+    assert named("rendering/video.py") == {"motion", "segments"}
+    model = code_hash.closure(code_hash.PACKAGE / "synthesis" / "hsmm" / "weighted.py")
+    assert {"initial", "transitions", "emissions", "durations"} <= {path.stem for path in code_hash.schemas(model)}

@@ -1,6 +1,7 @@
 """Everything wrong with a configuration is said in one line before any job starts."""
 
 import copy
+import math
 import re
 from datetime import date
 from pathlib import Path
@@ -9,8 +10,9 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from cospeech.errors import UserError
+from cospeech.errors import MissingFileError, UserError
 from cospeech.workflow import config as configuration
+from cospeech.workflow import paths
 from cospeech.workflow import records as record_list
 from cospeech.workflow import sweep as settings
 from cospeech.workflow import takes as capture_takes
@@ -37,6 +39,12 @@ def recorded(records):
 
 A = {"record": "a", "actor": "x", "motion": "a.bvh", "audio": "a.wav"}
 B = {"record": "b", "actor": "x", "motion": "b.bvh", "audio": "b.wav"}
+
+
+def cast(count=1, **keys):
+    """Return the demo's configuration with ``count`` actors that have these keys."""
+    actor = {"voice": "Male1", "records": 2, "duration_s": 60}
+    return changed(studio__actors=[actor | {"actor": f"a{number}"} | keys for number in range(count)])
 
 
 def calibrated(**keys):
@@ -76,13 +84,27 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(corpus__markers__up="-z"), "up is '-z' and facing 'z'; they must lie along different axes"),
         (changed(corpus__markers__up="w"), "config: corpus.markers.up: 'w' is not one of"),
         (changed(corpus__markers__names={"left_hnd": "LHND"}), "no marker 'left_hnd'; did you mean 'left_hand'"),
-        (changed(run="a/b"), "config: run: 'a/b' does not match"),
         (changed(run=1), "config: run: YAML reads 1 as a number, not as text; write it in quotation marks"),
         (recorded([A | {"record": 7}]), "corpus.records.0.record: YAML reads 7 as a number, not as text"),
         (recorded([A | {"language": False}]), "corpus.records.0.language: YAML reads false as a truth value"),
         (recorded([A | {"actor": date(2024, 5, 1)}]), 'corpus.records.0.actor: YAML reads "2024-05-01" as a date'),
+        (changed(run="a/b"), "config: run: 'a/b' is not a name"),
         (changed(studio__actors=[DEMO["studio"]["actors"][0]] * 2), "two actors have one name"),
         (changed(corpus__source="recorded", corpus__name="mine"), "corpus.records is empty"),
+        (changed(run="demo\n"), "config: run: 'demo\\n' is not a name"),
+        (changed(run="template"), "reports/template holds the templates"),
+        (changed(**{"speeech\n": {}}), "unknown key 'speeech ';"),
+        (changed(corpus__records="sheet.csv\n"), "config: corpus.records"),
+        (changed(seed=math.nan), "config: seed: nan is not a finite number"),
+        (changed(evaluation__bins_s=[0.1, math.inf]), "config: evaluation.bins_s.1: inf is not a finite number"),
+        (changed(synthesis__systems={"mine": {"a": {"b": -math.inf}}}), "systems.mine.a.b: -inf is not a finite"),
+        (changed(report__title=False), "report.title: YAML reads false as a truth value, not as text; write it"),
+        (cast(records=10**9), "studio.actors.0.records: 1000000000 is greater than the maximum of 10000"),
+        (cast(count=6000, records=2), "studio.actors: 12,000 records of 200 hours; at most 10,000 records"),
+        (cast(records=1000, duration_s=4000), "studio.actors: 1,000 records of 1,111 hours"),
+        (changed(phrases__gesture__iterations=1e9), "1000000000.0 is greater than the maximum"),
+        (changed(speech__frame_s=1e-9), "config: speech.frame_s: 1e-09 is less than the minimum"),
+        (changed(corpus__name="x" * 101), "config: corpus.name: 'xxx"),
         (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
         (calibrated(method="board", films="x", board="y"), "a board takes [], or one {origin_frame: ...}"),
         (calibrated(method="given"), "capture.calibration.file: name the TOML"),
@@ -99,6 +121,33 @@ def test_mistakes_are_named_in_one_line(config, complaint):
         configuration.check(config)
     assert complaint in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_whole_numbers_with_a_decimal_point_are_read_as_whole():
+    given = changed(
+        seed=5.0, phrases__prosody__clusters=4.0, sweep__states=[3.0, 5], evaluation__interior__head_s=3.0,
+        animation__video__longest_s=20.0, synthesis__systems={"mine": {"count": 2.0, "share": 0.5}},
+    )  # fmt: skip
+    given["capture"]["calibration"]["facts"] = [{"from_frame": 1.0, "to_frame": 2, "place_m": [1.0, 0, 0]}]
+    read = configuration.normalised(given)
+    assert str(read["seed"]) == "5"
+    assert str(settings.main_setting(read)) == "Setting(clusters=4, states=3)"
+    assert str(read["sweep"]["states"]) == "[3, 5]"
+    assert (
+        str(read["capture"]["calibration"]["facts"]) == "[{'from_frame': 1, 'to_frame': 2, 'place_m': [1.0, 0, 0]}]"
+    )
+    assert str(read["synthesis"]["systems"]) == "{'mine': {'count': 2, 'share': 0.5}}"
+    assert str(read["evaluation"]["interior"]["head_s"]) == "3.0"  # any number: nothing to change
+    assert configuration.normalised(DEMO) == DEMO
+    assert str(configuration.normalised(DEMO)) == str(DEMO)
+
+
+def test_whole_numbers_can_be_names():
+    given = changed(run=7, capture__offsets_s={1: 0.05, "r1": {2: 1}}, corpus__records=[{"record": 1, "actor": 2}])
+    read = configuration.normalised(given)
+    assert read["run"] == "7"
+    assert read["capture"]["offsets_s"] == {"1": 0.05, "r1": {"2": 1}}
+    assert read["corpus"]["records"] == [{"record": "1", "actor": "2"}]
 
 
 def test_the_order_of_keys_does_not_matter():
@@ -143,6 +192,13 @@ def files(tmp_path, monkeypatch):
         ([A, B | {"actor": "y"}], "has one record"),
         ([A, B | {"audio": "c.wav"}], "record 'b': no audio file c.wav"),
         ([A, B | {"start_s": 5, "end_s": 4}], "record 'b': end_s 4 is not after start_s 5"),
+        ([A | {"actor": "all"}, B | {"actor": "all"}], "record 'a': 'all' stands for every actor"),
+        ([A | {"scenario": "all"}, B], "record 'a': 'all' stands for every scenario"),
+        ([A, B | {"record": "b" * 101}], "'bbbbbbbbbbbbbbbbbbbb...' is longer than 100 characters"),
+        (
+            [A, B | {"motion": "take{1}.bvh"}],
+            r"record 'b': motion: take\{1\}\.bvh: Snakemake takes '\{1\}' in a path",
+        ),
     ],
 )
 @pytest.mark.usefixtures("files")
@@ -370,3 +426,36 @@ def test_transplants_name_actors_and_records():
     ):
         with pytest.raises(UserError, match=complaint):
             record_list.transplants(changed(transplant__pairs=[pair]), listed)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("clicks", "nowhere", "capture.clicks: no file or folder nowhere"),
+        ("corrections", "nowhere", "capture.corrections: no file or folder nowhere"),
+        ("file", "rig.toml", "capture.calibration.file: no file or folder rig.toml"),
+    ],
+)
+def test_files_of_the_capture_must_exist(tmp_path, monkeypatch, key, value, complaint):
+    monkeypatch.chdir(tmp_path)
+    config = calibrated(method="given", file=value) if key == "file" else changed(**{f"capture__{key}": value})
+    with pytest.raises(UserError, match=complaint):
+        capture_takes.check_paths(config)
+    Path(value).mkdir()
+    capture_takes.check_paths(config)
+
+
+def test_paths_are_relative_to_the_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("corpus").mkdir()
+    for name in ("a.bvh", "a.wav", "b.bvh", "b.wav"):
+        Path("corpus", name).touch()
+    with pytest.raises(MissingFileError) as caught:
+        record_list.records(recorded([A, B]), "r")
+    said = paths.explain(caught.value, ["corpus/mine.yaml"])
+    assert said.startswith(
+        f"config: record 'a': no motion file a.bvh in {tmp_path}: paths are relative to the folder"
+    )
+    assert said.endswith("write corpus/a.bvh")
+    monkeypatch.chdir("corpus")
+    record_list.records(recorded([A, B]), "r")

@@ -43,7 +43,7 @@ def handler(monkeypatch, quiet=()):
 
 
 def event(name, message="", **fields):
-    return logging.makeLogRecord({"event": name, "msg": message} | fields)
+    return logging.makeLogRecord({"event": name, "msg": message, "levelno": logging.INFO} | fields)
 
 
 def test_each_finished_job_is_a_line_with_the_estimated_time_left(monkeypatch, clock, capsys):
@@ -73,9 +73,60 @@ def test_rules_that_have_not_run_are_expected_to_take_the_median_time(monkeypatc
 
 def test_errors_are_passed_on(monkeypatch, capsys):
     run = handler(monkeypatch)
-    run.emit(event("job_error", "Error in rule slow"))
+    run.emit(event("job_error", "Error in rule slow", levelno=logging.ERROR))
     run.emit(event("job_started", "Execute 1 jobs..."))
     assert capsys.readouterr().err == "Error in rule slow\n"
+
+
+def test_a_quiet_run_shows_errors_only(monkeypatch, capsys):
+    run = handler(monkeypatch, ("progress",))
+    run.emit(event(None, "Building DAG of jobs..."))
+    run.emit(event("run_info", "Job stats", stats={"slow": 1, "total": 1}))
+    run.emit(event("job_info", jobid=1, rule_name="slow", rule_msg="slow task"))
+    run.emit(event("job_finished", job_id=1))
+    progress.tell("done; the report is index.html")
+    run.emit(event("job_error", "Error in rule slow", levelno=logging.ERROR))
+    assert capsys.readouterr().err == "Error in rule slow\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (
+            'WorkflowError in file "Snakefile", line 5:\ncospeech: config: run: no\n  File "x"',
+            "cospeech: config: run: no",
+        ),
+        (
+            "Traceback\n in _get_overwrite_config\nRecursionError: too deep\n",
+            "cospeech: a file of --configfile cannot be read (RecursionError: too deep); it must be",
+        ),
+    ],
+)
+def test_an_error_of_the_configuration_is_one_line(monkeypatch, capsys, error, shown):
+    handler(monkeypatch).emit(event("error", error, levelno=logging.ERROR))
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(shown)
+
+
+def test_the_failures_of_jobs_that_ctrl_c_ended_are_not_shown(monkeypatch, capsys):
+    monkeypatch.setattr(progress.interrupted, "is_set", lambda: True)
+    handler(monkeypatch).emit(event("job_error", "Error in rule slow", levelno=logging.ERROR))
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("jobs", "line"),
+    [
+        ([([], ["r/a/index.html", "s/a/film.mp4"])], "done; the report is r/a/index.html"),
+        ([(["r/a/index.html"], ["s/a/x"])], "done; the report is r/a/index.html"),
+        ([([], ["s/a/export/1.trc", "s/a/export/1.c3d"])], "done; see s/a/export"),
+        ([(["s/a/b.parquet"], ["r/a/index.html"])], "done; see s/a/b.parquet"),
+        ([([], [])], "done"),
+    ],
+)
+def test_the_end_of_a_run_names_what_was_asked_for(jobs, line):
+    targets = [SimpleNamespace(output=output, input=given) for output, given in jobs]
+    assert progress.done(targets, "r/a/index.html") == line
 
 
 @pytest.mark.parametrize(("quiet", "reports"), [((), True), (("progress",), False)])

@@ -82,7 +82,9 @@ def refuse_what_was_changed():
     planned = [receipt for receipt in manifest.load(RESULTS) if receipt.finished and is_planned(receipt)]
     changed = [path for receipt in planned for path in manifest.changed(receipt, thoroughly=False)]
     if changed:
-        raise WorkflowError(f"{', '.join(changed)}: changed since the run wrote it; delete it and run again")
+        raise WorkflowError(
+            f"cospeech: {', '.join(changed)}: changed since the run wrote it; delete it and run again"
+        )
 
 
 def write_manifest():

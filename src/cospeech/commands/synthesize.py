@@ -9,7 +9,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -139,18 +139,18 @@ def run(arguments: argparse.Namespace) -> int:
 
     model = api.load_model(arguments.model)
     body = None if arguments.body is None else tables.read(arguments.body, "motion")
-    check_writable(arguments.out)
-    if arguments.model is None:
-        note("using the bundled model, which was learned from a virtual actor and not from people")
     failed = False
-    for path in arguments.files:
-        try:
-            targets = {name: arguments.out / f"{path.stem}{FORMATS[name][0]}" for name in formats}
-            check_free(targets, arguments.overwrite)
-            synthesize(path, model, targets, arguments, body)
-        except UserError as error:
-            failed = True
-            note(str(error))
+    with output_folder(arguments.out):
+        if arguments.model is None:
+            note("using the bundled model, which was learned from a virtual actor and not from people")
+        for path in arguments.files:
+            try:
+                targets = {name: arguments.out / f"{path.stem}{FORMATS[name][0]}" for name in formats}
+                check_free(targets, arguments.overwrite)
+                synthesize(path, model, targets, arguments, body)
+            except UserError as error:
+                failed = True
+                note(str(error))
     return int(failed)
 
 
@@ -159,14 +159,27 @@ def note(line: str) -> None:
     print(f"cospeech: {line}", file=sys.stderr, flush=True)
 
 
-def check_writable(folder: Path) -> None:
-    """Make the output folder, and raise UserError if files cannot be written to it."""
+@contextmanager
+def output_folder(folder: Path) -> Iterator[None]:
+    """Make the output folder. At the end, remove what was made and is still empty, as all files may be wrong.
+
+    Raises
+    ------
+    UserError : if files cannot be written to the folder.
+    """
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
         raise UserError(f"{folder}: not a writable folder ({error.strerror}); name another with --out") from error
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # it contains results
+            for path in made:
+                path.rmdir()
 
 
 def check_free(targets: dict[str, Path], overwrite: bool) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from cospeech.data import project
 from cospeech.errors import UserError
+from cospeech.workflow import config_file
 
 if TYPE_CHECKING:
     from cospeech.commands.parser import Parser
@@ -120,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"{Path.cwd()}: this folder is not writable; run the command where results may be written")
     options = []
     if arguments.config is not None:
-        check_readable(arguments.config)
+        config_file.check(arguments.config)
         options += ["--configfile", str(arguments.config)]
     if arguments.cores is not None:
         options += ["--cores", arguments.cores]
@@ -129,28 +130,6 @@ def run(arguments: argparse.Namespace) -> int:
     # Not --configfile last: it takes any number of values, and would take what is forwarded for more of them.
     options += ["--snakefile", str(project.root() / "Snakefile")]
     return _snakemake([*arguments.targets, *options, *arguments.snakemake])
-
-
-def check_readable(path: Path) -> None:
-    """Raise UserError unless ``path`` is a YAML file of settings; which settings, the workflow checks itself."""
-    import yaml
-
-    if path.is_dir():
-        raise UserError(f"{path}: is a folder; name the configuration file")
-    if not path.is_file():
-        where = "" if path.is_absolute() else f" in {Path.cwd()}"
-        raise UserError(f"{path}: no such file{where}; correct the path of the configuration")
-    try:
-        settings = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f"line {mark.line + 1}: " if mark else ""
-        reason = getattr(error, "problem", None) or getattr(error, "reason", "unreadable")
-        raise UserError(f"{path}: {place}not valid YAML ({reason}); correct it") from error
-    if not isinstance(settings, dict):
-        raise UserError(f"{path}: contains no settings; write them as 'key: value' (see cospeech report --help)")
 
 
 def _snakemake(arguments: list[str]) -> int:

@@ -36,6 +36,9 @@ ARROW_TYPES = {
     "float64": pa.float64(),
 }
 
+MARK = "~writing~"
+"""In the name of every temporary file; the names of records contain no '~'."""
+
 
 @dataclass(frozen=True)
 class Column:
@@ -309,6 +312,11 @@ def _read_arrow(path: str | Path) -> pa.Table:
         raise UserError(f"{path}: damaged or not a Parquet file ({reason}); delete it and run again") from error
 
 
+def is_temporary(name: str) -> bool:
+    """Return whether a file is called like those that ``replacing`` provides: one of them remains of a killed job."""
+    return re.fullmatch(rf"\..*{MARK}[a-z0-9_]{{8}}(\.\w+)?", name) is not None
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Provide a temporary path next to ``path`` to write to, and move it to ``path`` when the block succeeds.
@@ -322,7 +330,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}{MARK}", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:

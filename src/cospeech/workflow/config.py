@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import json
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import yaml
@@ -21,9 +23,57 @@ KINDS = {int: "number", float: "number", bool: "truth value", type(None): "null"
 """What YAML takes words for that are not in quotation marks; anything else is a date."""
 
 
+MOST_RECORDS = 10_000
+MOST_HOURS = 1_000
+"""The largest virtual corpus. Beyond it, planning alone would take minutes and gigabytes."""
+
+ANY_SETTINGS = {"type": "object"}
+"""The schema of the settings of one system: their names and types are not known here. Whole numbers in it are made
+integers, which settings of other numbers accept, too."""
+
+
+@functools.cache
+def schema() -> Config:
+    """Return the JSON Schema of a complete configuration."""
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    loaded: Config = yaml.load((schema_folder() / "config.yaml").read_text(encoding="utf-8"), Loader=loader)
+    return loaded
+
+
 def in_order(config: Config) -> Config:
     """Return the configuration with its keys sorted at every level: how a file orders them must not rerun a job."""
     return {key: in_order(value) if isinstance(value, dict) else value for key, value in sorted(config.items())}
+
+
+def normalised(config: Config) -> Config:
+    """Return the configuration with numbers of the type that the schema asks for.
+
+    Where it asks for a whole number, 4.0 becomes 4: R writes whole numbers like this. Where it asks for text, a whole
+    number becomes its digits, and so does every key: a view may be called 1.
+    """
+    found: Config = _normalised(config, schema())
+    return found
+
+
+def _normalised(value: Any, part: Mapping[str, Any]) -> Any:
+    while "$ref" in part:
+        part = schema()["$defs"][part["$ref"].rpartition("/")[2]]
+    for choice in part.get("anyOf", ()):
+        value = _normalised(value, choice)
+    kinds = part.get("type", ())
+    if isinstance(value, dict):
+        known, others = part.get("properties", {}), part.get("additionalProperties") or {}
+        if part == ANY_SETTINGS:
+            others = {"type": "integer"}
+        keys = {key: str(key) if isinstance(key, int) and not isinstance(key, bool) else key for key in value}
+        return {keys[key]: _normalised(one, known.get(keys[key], others)) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_normalised(one, part.get("items", {})) for one in value]
+    if isinstance(value, float) and value.is_integer() and "integer" in kinds:
+        return int(value)
+    if isinstance(value, int) and not isinstance(value, bool) and kinds == "string":
+        return str(value)
+    return value
 
 
 def defaults() -> Config:
@@ -38,13 +88,15 @@ def check(config: Config) -> None:
     # Heavy and needed once: the schema language is imported where it is used.
     from jsonschema import Draft202012Validator
 
-    text = (schema_folder() / "config.yaml").read_text(encoding="utf-8")
+    for place, number in _numbers(config):
+        if not math.isfinite(number):
+            raise UserError(f"config: {place}: {number} is not a finite number; write one")
     found = sorted(
-        Draft202012Validator(yaml.safe_load(text)).iter_errors(config),
+        Draft202012Validator(schema()).iter_errors(config),
         key=lambda error: list(map(str, error.path)),
     )
     if found:
-        raise UserError("; ".join(_explain(error) for error in found[:5]))
+        raise UserError(" ".join("; ".join(_explain(error) for error in found[:5]).split()))
     for problem in _impossible(config):
         raise UserError(f"config: {problem}")
 
@@ -89,6 +141,15 @@ def check_systems(
         raise UserError("config: animation.systems must contain a control, which every comparison shows")
 
 
+def _numbers(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Yield every floating point number of the configuration, with the place where it is."""
+    if isinstance(value, float):
+        yield place, value
+    elif isinstance(value, dict | list):
+        for key, one in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _numbers(one, f"{place}.{key}" if place else str(key))
+
+
 def _explain(error: Any) -> str:
     """Say one schema violation in plain words, with the nearest known key where one is unknown."""
     place = ".".join(str(part) for part in error.absolute_path) or "top level"
@@ -102,16 +163,16 @@ def _explain(error: Any) -> str:
         deepest = max(error.context, key=lambda inner: len(inner.absolute_path))
         if deepest.absolute_path != error.absolute_path:
             return _explain(deepest)
-    if (
-        error.validator == "type"
-        and error.validator_value == "string"
-        and not isinstance(error.instance, dict | list)
-    ):
+    value, expected = repr(error.instance), error.validator_value
+    if error.validator == "pattern" and error.schema == schema()["$defs"]["name"]:
+        return f"config: {place}: {value} is not a name; use letters, digits, '-' and '_', and begin with no sign"
+    if error.validator == "type" and expected == "string" and not isinstance(error.instance, dict | list):
         return (
             f"config: {place}: YAML reads {json.dumps(error.instance, default=str)} as a "
             f"{KINDS.get(type(error.instance), 'date')}, not as text; write it in quotation marks"
         )
-    return f"config: {place}: {error.message}; see data_schema/config.yaml"
+    message = error.message.replace(value, f"{value[:60]} ...") if len(value) > 80 else error.message
+    return f"config: {place}: {message}; see data_schema/config.yaml"
 
 
 def _impossible(config: Config) -> list[str]:
@@ -126,6 +187,8 @@ def _impossible(config: Config) -> list[str]:
         problems.append("synthesis.max_duration_s must span at least two prosody frames (speech.frame_s)")
     if len(config["run"]) > 60:
         problems.append("run: a name of at most 60 characters, as it becomes a folder")
+    if config["run"] == "template":
+        problems.append("run: reports/template holds the templates of the report; choose another name")
     corpus = config["corpus"]
     if (corpus["name"] == "virtual") != (corpus["source"] == "studio"):
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
@@ -145,6 +208,13 @@ def _impossible(config: Config) -> list[str]:
         names = [actor["actor"] for actor in config["studio"]["actors"]]
         if len(set(names)) < len(names):
             problems.append("studio.actors: two actors have one name")
+        n_records = sum(actor["records"] for actor in config["studio"]["actors"])
+        hours = sum(actor["records"] * actor["duration_s"] for actor in config["studio"]["actors"]) / 3600
+        if n_records > MOST_RECORDS or hours > MOST_HOURS:
+            problems.append(
+                f"studio.actors: {n_records:,} records of {hours:,.0f} hours; at most {MOST_RECORDS:,} records and "
+                f"{MOST_HOURS:,} hours can be planned"
+            )
         inner = evaluation["interior"]
         shortest = min(actor["duration_s"] for actor in config["studio"]["actors"])
         if inner["head_s"] + inner["tail_s"] >= shortest:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from cospeech.data.vocabulary import SCENARIOS
-from cospeech.errors import UserError
+from cospeech.errors import MissingFileError, UserError
 from cospeech.formats import delimited
+from cospeech.workflow import paths
 from cospeech.workflow.config import Config
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -25,6 +26,11 @@ RECORD_FIELDS = (
 FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
 
 TIMES = ("start_s", "end_s")
+
+RESERVED = "all"
+"""What all actors together, and all scenarios, are called in tables of results."""
+
+LONGEST_NAME = 100
 
 Record = dict[str, Any]
 
@@ -41,6 +47,7 @@ def records(config: Config, results: str) -> dict[str, Record]:
     else:
         listed = _listed_records(config["corpus"]["records"])
         _check_files(listed)
+    _check_names(listed)
     twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
     if twice:
         raise UserError(f"config: corpus.records: '{twice[0]}' is listed twice; give each record a name of its own")
@@ -166,13 +173,30 @@ def _read_sheet(path: Path) -> list[Record]:
     return listed
 
 
+def _check_names(listed: list[Record]) -> None:
+    for record in listed:
+        if record["actor"] == RESERVED or record["scenario"] == RESERVED:
+            kind = "actor" if record["actor"] == RESERVED else "scenario"
+            raise UserError(
+                f"config: record '{record['record']}': '{RESERVED}' stands for every {kind} in the tables of "
+                f"results; give this {kind} another name"
+            )
+        for name in (record["record"], record["actor"]):
+            if len(name) > LONGEST_NAME:
+                raise UserError(
+                    f"config: '{name[:20]}...' is longer than {LONGEST_NAME} characters; shorten this name"
+                )
+
+
 def _check_files(listed: list[Record]) -> None:
     for record in listed:
+        for field in (*FILE_FIELDS, "views"):
+            if record[field]:
+                record[field] = paths.plain(record[field], f"record '{record['record']}': {field}")
         for field in FILE_FIELDS:
             if record[field] and not Path(record[field]).is_file():
-                raise UserError(
-                    f"config: record '{record['record']}': no {field} file {record[field]}; correct its path "
-                    "(paths start at the project's folder)"
+                raise MissingFileError(
+                    record[field], f"config: record '{record['record']}': no {field} file {record[field]}"
                 )
         if record["motion"] and record["views"]:
             raise UserError(f"config: record '{record['record']}' has both motion and views; leave one of them out")

@@ -6,7 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from cospeech.errors import UserError
+from cospeech.errors import MissingFileError, UserError
+from cospeech.workflow import paths
 
 MARKER_FILES = (".c3d", ".trc")
 """Endings of files that hold markers in the world, where a record enters at the skeleton."""
@@ -76,9 +77,8 @@ def films(folder: str) -> list[str]:
     UserError : no such folder, no film in it, or two of one camera.
     """
     if not Path(folder).is_dir():
-        raise UserError(
-            f"config: {folder}: no such folder of films, and no marker file ({', '.join(MARKER_FILES)}); correct its "
-            "path (paths start at the project's folder)"
+        raise MissingFileError(
+            folder, f"config: {folder}: no such folder of films, and no marker file ({', '.join(MARKER_FILES)})"
         )
     found = sorted(path for path in Path(folder).glob("[!.]*") if path.suffix.lower() in FILMS)
     if not found:
@@ -86,7 +86,20 @@ def films(folder: str) -> list[str]:
     for name, count in Counter(path.stem for path in found).items():
         if count > 1:
             raise UserError(f"config: {folder}: two films are called '{name}'; leave one for each camera")
-    return [str(path) for path in found]
+    return [paths.plain(str(path), "film") for path in found]
+
+
+def check_paths(config: dict[str, Any]) -> None:
+    """Raise UserError where the configuration of the capture names a file or folder that cannot be used."""
+    capture = config["capture"]
+    calibration = capture["calibration"]
+    named = {f"capture.{key}": capture[key] for key in ("clicks", "corrections")}
+    key = {"board": "board", "given": "file"}.get(calibration["method"])
+    if key:
+        named[f"capture.calibration.{key}"] = calibration[key]
+    for what, path in named.items():
+        if path:
+            paths.existing(path, what)
 
 
 def calibrates(config: dict[str, Any]) -> bool:
@@ -110,8 +123,8 @@ def calibration_films(config: dict[str, Any]) -> dict[str, str]:
 
 def _marker_file(path: str) -> list[str]:
     if not Path(path).is_file():
-        raise UserError(f"config: no marker file {path}; correct its path (paths start at the project's folder)")
-    return [path]
+        raise MissingFileError(path, f"config: no marker file {path}")
+    return [paths.plain(path, "marker file")]
 
 
 def _check_offsets(given: dict[str, Any], found: dict[str, list[str]]) -> None:
