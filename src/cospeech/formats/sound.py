@@ -288,7 +288,7 @@ def _check_channels(path: str | Path, powers: Floats, mixed_powers: Floats) -> N
     powers, mixed_powers : power of each channel (K, C), and of the mean of all channels (K,), per ``LEVEL_S``.
     """
     n_channels = powers.shape[1]
-    choose = f"choose one of its {n_channels} channels (channel: 1 to {n_channels})"
+    choose = f"choose one of 1 to {n_channels} (channel: of the record, or --channel)"
     if not len(powers):
         return
     if mixed_powers.sum() < 0.5 * powers.sum(axis=0).max() / n_channels**2:
