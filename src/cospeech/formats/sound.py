@@ -29,7 +29,7 @@ RATES_HZ = (4000, 768000)
 """Range of the sampling rates of recorded speech."""
 
 LONGEST_S = 4 * 3600
-"""Longest sound that is read, in seconds: in memory it takes 2 GB."""
+"""Longest sound that is read, in seconds: in memory it takes 2 GB, and 3 GB while it is read."""
 
 MOST_CHANNELS = 64
 """Largest number of channels that is read; a damaged header may announce 65,535."""
