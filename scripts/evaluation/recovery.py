@@ -1,6 +1,6 @@
 """How much of what the virtual studio planted is found again."""
 
-from cospeech.evaluation import recovery
+from cospeech.evaluation import pitch, recovery
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
@@ -18,9 +18,11 @@ with job.run(snakemake) as work:
         found = recovery.prosody(planted_prosody, work.read(path, "segments"), held_out=fold)
         setting = {"actor": actors[fold], "record": fold, "clusters": clusters, "states": states}
         rows += [row | setting for row in found]
-    for record, true, path in zip(actors, work.input.planted_prosody, work.input.prosody, strict=False):
-        planted = work.read(true, "planted_prosody")
-        found = recovery.pitch(planted, work.read(path, "prosody"), given["voiced_gain"])
+    spoken = zip(actors, work.input.planted_prosody, work.input.prosody, work.input.pitch, strict=False)
+    for record, true, path, tracked in spoken:
+        planted, measured = work.read(true, "planted_prosody"), work.read(path, "prosody")
+        found = recovery.pitch(planted, measured, given["voiced_gain"])
+        found += pitch.errors(planted, measured, given["voiced_gain"], work.read(tracked, "pitch"))
         rows += [row | {"actor": actors[record], "record": record} for row in found]
     for actor in dict.fromkeys(actors.values()):
         own = planted_gestures[planted_gestures["record"].map(actors) == actor]

@@ -6,7 +6,6 @@ from cospeech.workflow import job
 with job.run(snakemake) as work:
     gestures = work.read(work.input.gesture_phrases, "segments").groupby("record")
     prosody = work.read(work.input.prosody_phrases, "segments").groupby("record")
-    # Once: Praat's synthesiser has a state, and a second call in the same process gives another pitch.
     base_hz = voice.base_hz(work.params["voice"])
     for record in work.params["records"]:
         table = features.features(

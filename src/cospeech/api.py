@@ -126,6 +126,7 @@ def load_record(
     sound: str | Path,
     name: str | None = None,
     *,
+    channel: int | None = None,
     conventions: Mapping[str, Any] | None = None,
     settings: Settings | None = None,
 ) -> Record:
@@ -136,6 +137,7 @@ def load_record(
     motion : BVH file, SMPL-X file (npz), or motion table (parquet, csv).
     sound : wav file.
     name : name of the record; by default that of the motion file.
+    channel : channel of the wav file to use, counted from 1; by default all channels are mixed down to one.
     conventions : how to read the motion file: up, unit, joints and zero, as in the section ``corpus.motion`` of the
         configuration. By default, files have the skeleton of cospeech, in metres.
     settings : configuration; by default that of the demo.
@@ -157,6 +159,7 @@ def load_record(
         "actor": name,
         "motion": str(motion),
         "audio": str(sound),
+        "channel": channel,
     }
     read = intake.read_record(
         entry,

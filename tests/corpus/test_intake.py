@@ -123,6 +123,15 @@ def test_stereo_at_another_rate_is_converted_and_noted(tmp_path):
     assert taken.row["audio_rate_hz"].iloc[0] == 8000
 
 
+def test_the_channel_of_a_record_is_taken_and_noted(tmp_path):
+    left, right = (0.3 * np.sin(np.arange(48000) / period) for period in (10, 20))
+    soundfile.write(tmp_path / "a.wav", np.column_stack([left, right]), 16000)
+    files = {"motion": write_bvh(tmp_path / "a.bvh", 3), "audio": str(tmp_path / "a.wav")}
+    taken = read_record(**files, channel=2)
+    np.testing.assert_allclose(taken.voice, right, atol=1 / 32768)
+    assert taken.row["note"].iloc[0] == "only channel 2 used"
+
+
 def test_user_supplied_tables_replace_motion_and_sound(tmp_path):
     rng = np.random.default_rng(0)
     table = tables.pd.DataFrame({"frame": np.arange(400), "time_s": segments.frame_times(400, 40.0)})

@@ -153,6 +153,14 @@ def test_base_pitch_leaves_room_for_every_pattern():
         assert base * 2 ** (max(spoken) / 12) < voice.HIGHEST_HZ + 0.1
 
 
+def test_base_pitch_does_not_depend_on_what_was_synthesised_before():
+    drifted = {voice.natural_hz("Female1") for _ in range(4)}
+    assert len(drifted) > 1  # the state of the synthesiser, which made the base pitch drift
+    before = voice.base_hz("Female1")
+    voice.base_hz.cache_clear()
+    assert voice.base_hz("Female1") == before
+
+
 @pytest.mark.parametrize("name", ["Adam", "Whisper"])
 def test_a_voice_without_pitch_is_rejected_by_name(name):
     with pytest.raises(UserError, match=rf"studio\.actors: .*'{name}'.*use Female1 to Female5"):

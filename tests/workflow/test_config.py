@@ -284,9 +284,18 @@ def test_a_record_has_one_kind_of_motion():
 
 @pytest.mark.usefixtures("files")
 def test_a_sheet_in_csv_is_the_same_as_a_list():
-    Path("sheet.csv").write_text("record,actor,motion,audio,start_s\na,x,a.bvh,a.wav,\nb,x,b.bvh,b.wav,1.5\n")
+    sheet = "record,actor,motion,audio,start_s,channel\na,x,a.bvh,a.wav,,2.0\nb,x,b.bvh,b.wav,1.5,\n"
+    Path("sheet.csv").write_text(sheet)
     from_sheet = record_list.records(recorded("sheet.csv"), "r")
-    assert from_sheet == record_list.records(recorded([A, B | {"start_s": 1.5}]), "r")
+    assert from_sheet == record_list.records(recorded([A | {"channel": 2}, B | {"start_s": 1.5}]), "r")
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize(("corpus", "expected"), [(None, {"a": 2, "b": None}), (1, {"a": 2, "b": 1})])
+def test_the_channel_of_the_corpus_is_that_of_records_without_one(corpus, expected):
+    settings = recorded([A | {"channel": 2}, B])
+    settings["corpus"]["channel"] = corpus
+    assert {name: record["channel"] for name, record in record_list.records(settings, "r").items()} == expected
 
 
 SHEET = [A | {"start_s": 1.5}, B | {"start_s": 62.25, "end_s": 3600.0}]
@@ -330,6 +339,8 @@ def test_times_in_a_list_may_be_written_with_colons():
         ("record,actor,video\n", "unknown column 'video'"),
         ("record\na\n", "columns 'record' and 'actor' are needed"),
         ("record,actor,start_s\na,x,soon\n", "line 2: start_s 'soon' is not a number"),
+        ("record,actor,channel\na,x,left\n", "line 2: channel 'left' is not a whole number; count channels from 1"),
+        ("record,actor,channel\na,x,0\n", "line 2: channel '0' is not a whole number; count channels from 1"),
         ("record,actor\na,x,y\n", "line 2 has more cells"),
         ("record,actor\n,x\n", "line 2: needs a record and an actor"),
         ("record,actor\na/b,x\n", "line 2: 'a/b' becomes part of a path"),

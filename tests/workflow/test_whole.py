@@ -25,6 +25,7 @@ CONTRACT = {
     "corpus/records.parquet": "actor record scenario language motion_source motion_fps audio_rate_hz duration_s",
     "corpus/annotations.parquet": "record start_s end_s gesture origin",
     "motion/ada_1.parquet": "frame time_s root_x_m root_y_m root_z_m left_arm_x_deg right_forearm_z_deg",
+    "speech/ada_1/pitch.parquet": "frame time_s f0_hz",
     "speech/ada_1/prosody.parquet": "frame time_s intensity pitch_lag pitch_gain d_intensity d_pitch_lag "
     "d_pitch_gain intensity_log lag_s",
     "phrases/gesture/ada_1.parquet": "record segment start_frame end_frame start_s end_s label",

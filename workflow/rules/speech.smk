@@ -1,4 +1,4 @@
-# Prosody features from sound. This step is skipped if the corpus supplies its own prosody tables.
+# Prosody features and pitch from sound. This step is skipped if the corpus supplies its own prosody tables.
 
 if "audio" in BRINGS:
 
@@ -8,9 +8,11 @@ if "audio" in BRINGS:
         output:
             prosody=f"{RESULTS}/speech/{{record}}/prosody.parquet",
             statistics=f"{RESULTS}/speech/{{record}}/statistics.parquet",
+            pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet",
+            pitch_statistics=f"{RESULTS}/speech/{{record}}/pitch_statistics.parquet",
         params:
             settings=config["speech"],
         message:
-            "prosody features of {wildcards.record}"
+            "prosody features and pitch of {wildcards.record}"
         script:
             "../../scripts/speech/prosody.py"

@@ -60,7 +60,7 @@ def read_record(
 
     Parameters
     ----------
-    entry : the record as listed in the configuration: files, excerpt, actor, scenario, language.
+    entry : the record as listed in the configuration: files, excerpt, channel, actor, scenario, language.
     motion_path : its motion file, or the motion table computed from its films or markers; None for gesture segments.
     skipped_s : time in seconds by which the motion begins later than the sound; this part of the sound is skipped.
     conventions : what motion files do not state themselves (axes, unit, joint names, rest pose).
@@ -137,7 +137,8 @@ def _body(
 
 def _voice(entry: Record, frame_s: float, skipped_s: float, start: float, end: float | None) -> Voice:
     if entry["audio"]:
-        audio = sound.read(entry["audio"], start + skipped_s, end if end is None else end + skipped_s)
+        last = end if end is None else end + skipped_s
+        audio = sound.read(entry["audio"], start + skipped_s, last, entry["channel"])
         skipped = [f"sound taken from {skipped_s:.3f} s on, where the films begin"] if skipped_s else []
         return Voice(audio.samples, None, audio.delivered_hz, audio.duration_s, [*skipped, *audio.notes])
     table = user_tables.prosody(entry["prosody"], frame_s)

@@ -5,15 +5,18 @@ tempo and replaces the pitch of the synthesiser with the planted one; a slowly v
 intensity. Room noise underlies everything and is all there is in pauses. Unvoiced sounds have no pitch and stay
 unvoiced.
 
-The synthesiser keeps state within a process, including a flutter of the voice that cannot be reset. The output is
+The synthesiser keeps state within a process, including a flutter of the voice that cannot be reset. The sound is
 therefore reproducible only for the same sequence of calls from the start of a process; the workflow runs every record
-in its own process.
+in its own process. The base pitch of a voice is always measured in a new process.
 """
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +49,8 @@ WORD_TIER = 3
 PITCH_STEP_S = 0.005
 DEEPEST_DB = 10.0
 """Largest level deficit, relative to the mean of the stretch, that is compensated; softer parts stay soft."""
+MEASURE = "import sys; from cospeech.studio import voice; print(voice.natural_hz(sys.argv[1]))"
+"""Program that measures the pitch of a voice in a process of its own."""
 EDGE_S = 0.015
 SYLLABLE_S = 0.1
 
@@ -92,7 +97,7 @@ def speak(
     run(f"random_initializeWithSeedUnsafelyButPredictably ({rng.integers(2**31)})\n")
     sound = np.zeros(round(duration_s * RATE_HZ))
     lag_s, intensity_db = np.full(len(frames_s), np.nan), np.full(len(frames_s), ROOM_DB)
-    whole = plan(prosody, base_hz(voice))
+    whole = plan(prosody, _base_hz(voice, natural_hz(voice)))
     for stretch in _stretches(prosody, _words(voice, scenario, rng)):
         planted = whole.part(stretch.start_s, stretch.end_s)
         first, last = round(stretch.start_s * RATE_HZ), round(stretch.end_s * RATE_HZ)
@@ -116,18 +121,32 @@ def speak(
     return np.clip(sound, -1.0, 1.0), table
 
 
+@cache
 def base_hz(voice: str) -> float:
     """Return the base pitch of a voice: its median pitch, limited so that all patterns stay in the range of speech.
+
+    It does not depend on what this process has synthesised before.
 
     Raises
     ------
     UserError : if Praat has no such voice, or if it is a whisper.
     """
+    _synthesiser(voice)  # reports an unknown voice
+    measured = subprocess.run([sys.executable, "-c", MEASURE, voice], check=True, stdout=subprocess.PIPE, text=True)
+    return _base_hz(voice, float(measured.stdout))
+
+
+def natural_hz(voice: str) -> float:
+    """Return the median pitch of a sentence of a voice, NaN if it has none; see ``speak`` for its reproducibility."""
     sound = _synthesised(_synthesiser(voice), SENTENCES["memory"][0])[1]
     track = sound.to_pitch(pitch_floor=50.0, pitch_ceiling=500.0).selected_array["frequency"]
-    if not track.any():
+    return float(np.median(track[track > 0])) if track.any() else np.nan
+
+
+def _base_hz(voice: str, natural: float) -> float:
+    """Return the natural pitch of a voice, limited so that all patterns stay in the range of speech."""
+    if np.isnan(natural):
         raise UserError(f"config: studio.actors: voice '{voice}' has no pitch; {KNOWN_VOICES}")
-    natural = float(np.median(track[track > 0]))
     spoken = [value for pattern in PATTERNS for value in pattern.pitch_st]
     lowest, highest = LOWEST_HZ * 2.0 ** (-min(spoken) / 12.0), HIGHEST_HZ * 2.0 ** (-max(spoken) / 12.0)
     return round(min(max(natural, lowest), highest), 1)

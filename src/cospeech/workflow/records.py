@@ -20,7 +20,7 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 
 RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "views", "audio",
-    "prosody", "gestures", "annotations", "start_s", "end_s",
+    "prosody", "gestures", "annotations", "start_s", "end_s", "channel",
 )  # fmt: skip
 
 FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
@@ -45,7 +45,10 @@ def records(config: Config, results: str) -> dict[str, Record]:
     if config["corpus"]["source"] == "studio":
         listed = _studio_records(config, results)
     else:
-        listed = _listed_records(config["corpus"]["records"])
+        listed = [
+            record | {"channel": record["channel"] or config["corpus"]["channel"]}
+            for record in _listed_records(config["corpus"]["records"])
+        ]
         _check_files(listed)
     _check_names(listed)
     twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
@@ -159,6 +162,13 @@ def _read_sheet(path: Path) -> list[Record]:
     listed = []
     for (line, cells), times in zip(sheet.rows, delimited.parse_times(sheet, TIMES, path), strict=True):
         record: Record = {key: cell for key, cell in cells.items() if cell} | times
+        if "channel" in record:
+            number = re.fullmatch(r"0*([1-9]\d{0,4})(\.0*)?", record["channel"].strip())
+            if not number:
+                raise UserError(
+                    f"{path}: line {line}: channel '{record['channel']}' is not a whole number; count channels from 1"
+                )
+            record["channel"] = int(number[1])
         if "record" not in record or "actor" not in record:
             raise UserError(f"{path}: line {line}: needs a record and an actor; complete or delete the line")
         for name in (record["record"], record["actor"]):

@@ -18,6 +18,9 @@ QUANTITIES = {
     "prosody_ami": "adjusted mutual information of prosody clusters and planted patterns",
     "pitch_error": "median relative error of the measured pitch lag, voiced frames",
     "pitch_gross_errors": "share of voiced frames whose pitch lag is off by more than 20 %",
+    "voicing_errors": "share of frames whose pitch gain tells their voicing wrong",
+    "track_gross_errors": "share of voiced frames whose pitch track (Praat) is off by more than 20 %",
+    "track_voicing_errors": "share of frames whose voicing is wrong in the pitch track (Praat)",
     "transitions_p": "p-value of the planted transitions as a sample of the planted process",
     "durations_p": "p-value of the planted durations as a sample of the planted process",
 }
