@@ -19,7 +19,7 @@ HANGING, T_POSE = "hanging", "t_pose"
 UPPER_ARM_M = (0.12, 0.6)
 """Plausible range of the distance from shoulder to elbow marker; outside it, the unit is wrong."""
 
-MAX_LEAN_DEG = 60.0
+MAX_LEAN_DEG = 50.0
 """Largest angle between the line from shoulders to head and the vertical, as a median over the take."""
 
 MAX_HEADING_DEG = 30.0
