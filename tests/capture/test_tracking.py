@@ -109,8 +109,8 @@ def test_memory_does_not_grow_with_the_length_of_the_film(take, monkeypatch):
     films, cameras, *_ = take
     held, most, planes = set(), [], footage.planes
 
-    def counted(frame):
-        read = planes(frame)
+    def counted(frame, quarter_turns):
+        read = planes(frame, quarter_turns)
         for plane in read:
             held.add(id(plane))
             weakref.finalize(plane, held.discard, id(plane))
