@@ -6,7 +6,7 @@ from cospeech.workflow import job
 with job.run(snakemake) as work:
     take = work.read(work.input.take, "markers_3d")
     record = work.read(work.input.markers, "markers_3d")
-    found = skeleton_fit.fit(take, record, work.params["static_s"])
+    found = skeleton_fit.fit(take, record, work.params["static_s"], work.params["static"])
     work.write(found.motion, work.output.motion, "motion")
     work.write(found.observability, work.output.observability, "observability")
     work.say(f"{work.wildcards.record}: {found.line}")

@@ -27,8 +27,11 @@ def performance(seconds=60.0, actor="ada", seed=2012):
     return motion.perform(actor, "x", gestures, prosody, FPS, seed)
 
 
-def range_of_motion(seconds=40.0, seed=3):
-    """Return a motion table: the static pose, then wide arm circles, elbow flexion, trunk and head rotation."""
+def range_of_motion(seconds=40.0, seed=3, raised_deg=0.0):
+    """Return a motion table: the static pose, then wide arm circles, elbow flexion, trunk and head rotation.
+
+    In the static pose, the arms are raised to the sides by ``raised_deg``: 0 is hanging, 90 is a T-pose.
+    """
     rng = np.random.default_rng(seed)
     time = np.arange(int(seconds * FPS)) / FPS
     grow = np.clip((time - STATIC_S) / 2.0, 0.0, 1.0)
@@ -39,7 +42,11 @@ def range_of_motion(seconds=40.0, seed=3):
 
     for side, sign in (("left", 1.0), ("right", -1.0)):
         turns[:, JOINTS.index(f"{side}_arm")] = np.column_stack(
-            [-50 * grow + 60 * wave(0.31, sign), 30 * wave(0.17), sign * (35 * grow + 35 * wave(0.23, 1.0))]
+            [
+                -50 * grow + 60 * wave(0.31, sign),
+                30 * wave(0.17),
+                sign * (raised_deg * (1 - grow) + 35 * grow + 35 * wave(0.23, 1.0)),
+            ]
         )
         turns[:, JOINTS.index(f"{side}_forearm"), 0] = -55 * grow + 50 * wave(0.41, 2.0)
         turns[:, JOINTS.index(f"{side}_hand"), 0] = -6 * grow

@@ -11,7 +11,7 @@ from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.geometry.camera import project
 from cospeech.motion import skeleton
-from cospeech.motion.markers import NAMES
+from cospeech.motion.markers import MARKERS, NAMES
 from cospeech.studio import dress, film, rig, stage
 
 N_FRAMES = 24
@@ -109,8 +109,8 @@ def test_memory_does_not_grow_with_the_length_of_the_film(take, monkeypatch):
     films, cameras, *_ = take
     held, most, planes = set(), [], footage.planes
 
-    def counted(frame):
-        read = planes(frame)
+    def counted(frame, quarter_turns):
+        read = planes(frame, quarter_turns)
         for plane in read:
             held.add(id(plane))
             weakref.finalize(plane, held.discard, id(plane))
@@ -193,12 +193,20 @@ def test_invalid_clicks_are_reported(take, tmp_path):
         first_positions.from_clicks(crossed, cameras, "take")
 
 
-def test_missing_markers_are_reported(take):
+def test_missing_markers_are_reported(take, monkeypatch):
     _, cameras, *_ = take
     empty = [tuple(np.full((520, 696), value, dtype=np.uint8) for value in (20, 128, 128)) for _ in cameras]
     unmixers = colour.unmixers(colour.chroma(colour.SKIN))
-    with pytest.raises(UserError, match=r"take: head_left, .* not found in frame 0; click them"):
+    with pytest.raises(UserError, match=r"take: 0 of 15 markers found in frame 0; .* 15 coloured discs"):
         first_positions.find(empty, cameras, unmixers, "take")
+
+    def all_but_the_hands(pictures, cameras, colour):
+        places = [first_positions.NOMINAL_M[m.name] for m in MARKERS if m.colour == colour != "red"]
+        return np.array(places).reshape(-1, 3), np.full(len(places), 5)
+
+    monkeypatch.setattr(first_positions, "_points", all_but_the_hands)
+    with pytest.raises(UserError, match=r"take: left_hand, right_hand not found in frame 0; click them"):
+        first_positions.find(empty, cameras, {name: name for name in unmixers}, "take")
 
 
 def test_spans_and_worst_moments():

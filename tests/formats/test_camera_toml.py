@@ -29,8 +29,9 @@ translation = [ 0.3, 0.9, 2.8]
 fisheye = false
 
 [metadata]
-adjusted = false
 """
+
+TURN = "[ 0.0, 0.0, 1.5707963267948966]"
 
 
 def save(tmp_path, text):
@@ -70,16 +71,53 @@ def test_a_world_with_z_up_is_turned(tmp_path):
         ("matrix", "matrices", "has no camera"),
         ("size", "sizes", "camera cam_01: 'size' is missing"),
         ("fisheye = false", "fisheye = true", "fisheye"),
-        ("0.02, 0.001, 0.002]", "0.02]", "wrong size"),
-        ("-0.1,", '"x",', "other than numbers"),
-        ("-0.1,", "nan,", "infinite or missing"),
+        ("0.02, 0.001, 0.002]", "0.02]", "'distortions' has the shape 2, but must be k1, k2, p1, p2 and perhaps k3"),
+        ("0.002]", "0.002, 0.1, 0.2, 0.0, 0.0]", "nonzero coefficients beyond k3"),
+        ("[ 0.3, 0.9, 2.8]", "[ 0.3, 0.9]", "'translation' has the shape 2, but must be 3 numbers"),
+        ("-0.1,", '"x",', "'distortions' holds something other than numbers"),
+        ("-0.1,", "nan,", "'distortions' holds infinite or missing numbers"),
+        ("1088.0, 1920.0", "0.0, 1920.0", "'size' is 0 x 1920"),
         ("1681.2", "-1681.2", "must be positive"),
-        ("[ 0.0, 0.0, 1.5707963267948966]", "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "not a rotation"),
+        ("1681.2", "0.0", "must be positive"),
+        ("1681.2", "4.2", "focal lengths of 4.2 and 1681 px are impossible for an image of 1088x1920 px"),
+        ("532.9", "2532.9", r"the principal point \(2532.9, 948.1\) lies outside the image"),
+        ("1681.2, 0.0", "1681.2, 30.0", "skew"),
+        (
+            "[ 1681.2, 0.0, 532.9], [ 0.0, 1681.0, 948.1], [ 0.0, 0.0, 1.0]",
+            "[ 1681.2, 0.0, 0.0], [ 0.0, 1681.0, 0.0], [ 532.9, 948.1, 1.0]",
+            "last row of 'matrix' is not 0 0 1; transpose it",
+        ),
+        ("[ 0.0, 0.0, 1.0]]", "[ 0.0, 0.1, 1.0]]", "last row of 'matrix' is not 0 0 1; export"),
+        ("1.5707963267948966", "90.0", "length of 90, more than pi; give it in radians, not in degrees"),
+        (TURN, "[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]", "not a rotation matrix"),
+        (TURN, "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]", "reflection"),
+        ("[ 0.3, 0.9, 2.8]", "[ 300, 900, 2800]", "camera left is 2956 m from the origin; .* in metres"),
+        ("[metadata]", FLAT.replace("cam_01", "cam_02"), "two cameras are called 'left'"),
+        (
+            "[metadata]",
+            FLAT.replace("cam_01", "cam_02").replace("left", "right"),
+            "cameras left and right are in the same place",
+        ),
     ],
 )
 def test_what_is_not_a_camera_file_is_rejected(tmp_path, old, new, reason):
+    assert old in FLAT
     with pytest.raises(UserError, match=reason):
         camera_toml.read(save(tmp_path, FLAT.replace(old, new, 1)))
+
+
+def test_vectors_in_the_shapes_of_opencv_are_read(tmp_path):
+    column = "[[ 0.0], [ 0.0], [1.5707963267948966]]"
+    text = FLAT.replace(TURN, column).replace(
+        "[ -0.1, 0.02, 0.001, 0.002]", "[[-0.1, 0.02, 0.001, 0.002, 0, 0, 0, 0]]"
+    )
+    assert text.count("[[") == 2
+    assert camera_toml.read(save(tmp_path, text)) == camera_toml.read(save(tmp_path, FLAT))
+
+
+def test_a_deeply_nested_file_is_rejected(tmp_path):
+    with pytest.raises(UserError, match=r"calibration\.toml: nested too deeply"):
+        camera_toml.read(save(tmp_path, "a = " + "[" * 5000 + "]" * 5000))
 
 
 def test_a_missing_file_is_named():

@@ -53,6 +53,19 @@ def test_two_to_five_noisy_weighted_views_agree_with_scipy():
         np.testing.assert_allclose(found[index], best, atol=1e-7)
 
 
+def test_the_limit_applies_to_the_worst_view_and_not_to_the_mean():
+    cameras, point = rig(), np.array([[0.2, 1.1, 0.1]])
+    pixels = seen(cameras, point, 0, 1)
+    pixels[0, 2] += (0.0, 8.0)
+    whole, used, rms = triangulate(cameras, pixels, limit_px=100)
+    worst = max(np.linalg.norm(project(c, whole[0]) - pixels[0, k]) for k, c in enumerate(cameras))
+    assert used.all()
+    assert worst > 1.3 * rms[0]
+    found, used, _ = triangulate(cameras, pixels, limit_px=(rms[0] + worst) / 2)
+    assert used[0].tolist() == [True, True, False, True, True]
+    np.testing.assert_allclose(found, point, atol=1e-9)
+
+
 def test_outlier_views_are_left_out_as_brute_force_would():
     cameras, rng = rig(), np.random.default_rng(4)
     points = rng.uniform([-0.7, 0, -0.5], [0.7, 1.9, 0.5], (30, 3))

@@ -45,7 +45,7 @@ def test_a_damaged_film_of_the_take_is_named_in_one_line(tmp_path):
         (tmp_path / f"take/{name}.mkv").write_bytes(b"no film" * 100)
     ended = Project(tmp_path).run(config=configure(tmp_path, method="laser", films="take"))
     assert ended.returncode != 0
-    complaint = "cospeech: laser: take/c1.mkv: not a video, or its header is damaged; record or copy it again"
+    complaint = "cospeech: laser: take/c1.mkv: not a video, or incomplete; convert it with ffmpeg, or copy it again"
     assert complaint in ended.stdout
     assert "Traceback" not in ended.stdout
     assert not list((tmp_path / "results").rglob("*.parquet"))

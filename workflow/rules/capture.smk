@@ -33,6 +33,11 @@ def range_of_motion(wildcards):
     return f"{RESULTS}/capture/range~{actor_of(wildcards.record)}/markers_3d.parquet"
 
 
+def static_pose_of(wildcards):
+    """The static pose of the actor's range-of-motion take; in films, the markers are found on hanging arms."""
+    return "hanging" if f"range~{actor_of(wildcards.record)}" in FILMED else config["corpus"]["markers"]["static"]
+
+
 if FILMED:
 
     rule offsets:
@@ -117,6 +122,8 @@ if len(TAKES) > len(FILMED):
             take="|".join(take for take in TAKES if take not in FILMED),
         params:
             markers=config["corpus"]["markers"],
+            # Only a range-of-motion take begins with the static pose.
+            static_s=lambda wildcards: config["capture"]["static_s"] if wildcards.take.startswith("range~") else None,
             longest_hidden_s=config["capture"]["track"]["longest_hidden_s"],
         message:
             "import the markers of {wildcards.take}"
@@ -134,6 +141,7 @@ if TAKES:
             motion=f"{RESULTS}/capture/{{record}}/motion.parquet",
             observability=f"{RESULTS}/capture/{{record}}/observability.parquet",
         params:
+            static=static_pose_of,
             static_s=config["capture"]["static_s"],
         message:
             "fit the joint angles of {wildcards.record}"

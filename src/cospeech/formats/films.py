@@ -43,7 +43,7 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
         with av.open(str(path)) as container:
             stream = container.streams.video[0]
             if stream.codec_context.codec.intra_only:  # frames are independent: decode only these
-                packets = (packet for packet in container.demux(stream) if packet.size)
+                packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
                 chosen = ((number, packet.decode()[0]) for number, packet in enumerate(packets) if number in frames)
             else:
                 shown = enumerate(islice(container.decode(stream), max(frames, default=-1) + 1))
@@ -54,17 +54,23 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
         raise _unreadable(path, error) from error
     missing = sorted(set(frames) - set(found))
     if missing:
-        raise UserError(f"{path}: ends before frame {missing[0]}; delete it and run again")
+        raise UserError(f"{path}: ends before frame {missing[0]}; if the run wrote it, delete it and run again")
     return found
 
 
 def _rgb(frame: av.VideoFrame, height_px: int | None, reformatter: VideoReformatter) -> Image:
-    """Return one frame as RGB; share ``reformatter`` within a video, as setting it up costs as much as using it."""
-    height = height_px or frame.height
-    width = round(frame.width * height / frame.height)
+    """Return one frame as RGB, turned upright as its metadata says.
+
+    Share ``reformatter`` within a video, as setting it up costs as much as using it.
+    """
+    quarter_turns = frame.rotation // 90 % 4
+    size = (frame.width, frame.height)
+    scale = height_px / size[1 - quarter_turns % 2] if height_px else 1.0
+    width, height = (round(side * scale) for side in size)
     scaled = reformatter.reformat(frame, width, height, "rgb24", interpolation="FAST_BILINEAR")
-    return np.asarray(scaled.to_ndarray(), dtype=np.uint8)
+    image = np.asarray(scaled.to_ndarray(), dtype=np.uint8)
+    return np.ascontiguousarray(np.rot90(image, quarter_turns)) if quarter_turns else image
 
 
 def _unreadable(path: str | Path, error: Exception) -> UserError:
-    return UserError(f"{path}: cannot be read as a video ({error}); delete it and run again")
+    return UserError(f"{path}: cannot be read as a video ({error}); if the run wrote it, delete it and run again")

@@ -137,6 +137,8 @@ def _check_offsets(given: dict[str, Any], found: dict[str, list[str]]) -> None:
         known, asked = (views[key], list(value)) if isinstance(value, dict) else (every, [key])
         for view in asked:
             if view not in known:
+                meant = [name for name in known if name.lstrip("0") == str(view)]
+                hint = f"; write '{meant[0]}' in quotes" if meant else ""
                 raise UserError(
-                    f"config: capture.offsets_s: no view is called '{view}'; views are {', '.join(known)}"
+                    f"config: capture.offsets_s: no view is called '{view}'; views are {', '.join(known)}{hint}"
                 )

@@ -143,6 +143,8 @@ def test_too_few_boards_and_too_few_shared_ones_are_rejected():
     [
         ("columns = 4", "not a valid board definition"),
         ("columns =", "not a valid board definition"),
+        ("units = []", "not a valid board definition"),
+        ("columns = " + "[" * 5000 + "]" * 5000, "nested too deeply"),
         (None, "no such file"),
     ],
 )

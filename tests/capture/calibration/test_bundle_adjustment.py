@@ -127,3 +127,23 @@ def test_a_strong_prior_holds_its_value():
     weights[:, 2:4] = 1e6
     rig, _ = bundle_adjustment.adjust(start, points, observations, used, prior=(start.inner + 5.0, weights))
     np.testing.assert_allclose(rig.inner[:, 2:4], start.inner[:, 2:4] + 5.0, atol=0.05)
+
+
+@pytest.mark.parametrize(("weight", "share"), [(1e-2, 0.02), (1e3, 0.999)])
+def test_a_prior_pulls_the_best_fit_away_from_its_optimum(weight, share):
+    """Every step towards the prior raises the reprojection error, so it must be part of the cost."""
+    start, points, observations, used = small()
+    best, places = bundle_adjustment.adjust(start, points, observations, used, iterations=200)
+    weights = np.zeros_like(best.inner)
+    weights[:, 0] = weight
+    value = best.inner + 10.0
+
+    def cost(rig, places):
+        fit = np.nansum(bundle_adjustment.residuals(rig, places, observations)[used] ** 2)
+        return fit + (weights * (rig.inner - value) ** 2).sum()
+
+    rig, moved = bundle_adjustment.adjust(best, places, observations, used, prior=(value, weights), iterations=200)
+    assert cost(rig, moved) < 0.999 * cost(best, places)
+    assert (rig.inner[:, 0] - best.inner[:, 0] > 10.0 * share).all()
+    again, still = bundle_adjustment.adjust(rig, moved, observations, used, prior=(value, weights), iterations=200)
+    assert cost(again, still) == pytest.approx(cost(rig, moved), rel=1e-6)  # it is the optimum of the whole cost

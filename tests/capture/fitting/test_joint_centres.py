@@ -56,3 +56,18 @@ def test_shoulders_are_located_to_a_third_of_a_millimetre_and_a_still_arm_is_rej
         np.testing.assert_allclose(shoulder_centre(side, elbow, thorax).centre_m, truth, atol=0.0003)
         with pytest.raises(UserError, match=f"the {side} arm moves too little"):
             shoulder_centre(side, elbow[:40], (thorax[0][:40], thorax[1][:40]))
+
+
+def test_a_shoulder_is_rejected_from_a_standard_error_of_five_millimetres():
+    rng = np.random.default_rng(0)
+
+    def elbow(reach_deg):
+        """Return 200 noisy positions of an elbow within a cone."""
+        tilt, turn = np.radians(reach_deg) * np.sqrt(rng.uniform(0, 1, 200)), rng.uniform(0, 2 * np.pi, 200)
+        arm = np.column_stack([np.sin(tilt) * np.cos(turn), -np.cos(tilt), np.sin(tilt) * np.sin(turn)])
+        return 0.3 * arm + rng.normal(0, 0.001, (200, 3))
+
+    still = np.tile(np.eye(3), (200, 1, 1)), np.zeros((200, 3))
+    assert 0.003 < shoulder_centre("left", elbow(20.0), still).error_m < 0.005
+    with pytest.raises(UserError, match=r"the left arm moves too little .* standard error [6-9]\.\d mm"):
+        shoulder_centre("left", elbow(15.0), still)

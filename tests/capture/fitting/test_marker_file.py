@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import subject
 
 from cospeech.capture.fitting import marker_file
 from cospeech.data import tables, trajectories
@@ -23,22 +24,21 @@ def recording(n_frames=60):
     """Return the markers of ``OTHERS`` under the names of the laboratory, on a swaying body and without gaps."""
     time_s = np.arange(n_frames)[:, None] / 50
     sway = np.concatenate([0.1 * np.sin(3 * time_s), -0.05 * np.cos(2 * time_s), 0.0 * time_s], axis=1)
-    places = np.random.default_rng(0).normal(0, 0.3, (1, len(OTHERS), 3)) + sway[:, None]
+    standing = subject.marked(subject.range_of_motion(), 0.0)[0]
+    places = standing[None, [markers.NAMES.index(name) for name in OTHERS]] + sway[:, None]
     return Trajectories(("SPARE", *OTHERS.values()), np.insert(places, 0, 9.0, axis=1), 50.0)
 
 
 @pytest.mark.parametrize(("suffix", "write"), [(".c3d", c3d.write), (".trc", trc.write)])
 def test_mapped_markers_are_imported_with_z_up_or_y_up(tmp_path, suffix, write):
     given = recording()
-    write(given, tmp_path / f"a{suffix}")
+    x, y, z = np.moveaxis(given.places_m, -1, 0)
+    write(given._replace(places_m=np.stack([x, -z, y], axis=-1)), tmp_path / f"a{suffix}")
     table = marker_file.read(tmp_path / f"a{suffix}", OTHERS, "z", "-y", 0.5)
     tables.validate(table, "markers_3d", "x")
     assert trajectories.frame_rate(table) == 50.0
     found = trajectories.to_array(table, tuple(OTHERS))
-    x, y, z = np.moveaxis(given.places_m[:, 1:], -1, 0)
-    np.testing.assert_allclose(
-        found, np.stack([x, z, -y], axis=-1), atol=2e-4
-    )  # the smoother assumes 0.4 mm of noise
+    np.testing.assert_allclose(found, given.places_m[:, 1:], atol=2e-4)  # the smoother assumes 0.4 mm of noise
     assert (table.loc[table["marker"].isin(list(OTHERS)), "status"] == "seen").all()
     assert (table.loc[table["marker"].str.endswith(("leg", "foot")), "status"] == "lost").all()
     np.testing.assert_array_equal(marker_file.world_rotation("y", "z"), np.eye(3))

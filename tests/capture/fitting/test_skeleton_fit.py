@@ -66,3 +66,24 @@ def test_predicted_positions_do_not_affect_the_body_model():
     np.testing.assert_array_equal(models[0].offsets_m, models[1].offsets_m)
     far.loc[believed, "status"] = "seen"
     assert np.abs(skeleton_fit.fit_body_model(far, subject.STATIC_S).offsets_m - models[0].offsets_m).max() > 0.002
+
+
+def test_predicted_positions_do_not_enter_the_body_model():
+    places, _ = recordings()
+    take = trajectories.to_table(places, markers.NAMES, subject.FPS)
+    chosen = (take["marker"] == "left_elbow") & take["frame"].between(100, 200)
+    hidden = take.assign(status=take["status"].mask(chosen, "predicted"))
+    wrong = hidden.assign(x_m=hidden["x_m"] + 0.05 * chosen)
+    true, found = (skeleton_fit.fit_body_model(table, subject.STATIC_S) for table in (hidden, wrong))
+    np.testing.assert_array_equal(found.offsets_m, true.offsets_m)
+
+
+def test_the_root_moves_from_its_place_in_the_static_pose():
+    places, record = recordings()
+    take = trajectories.to_table(places, markers.NAMES, subject.FPS)
+    moved = trajectories.to_table(record + np.array([0.3, 0.0, -0.2]), markers.NAMES, subject.FPS)
+    here, there = (
+        skeleton_fit.fit(take, table, subject.STATIC_S).motion[list(skeleton.ROOT_COLUMNS)].to_numpy()
+        for table in (trajectories.to_table(record, markers.NAMES, subject.FPS), moved)
+    )
+    np.testing.assert_allclose(there - here, np.tile((0.3, 0.0, -0.2), (len(here), 1)), atol=1e-3)

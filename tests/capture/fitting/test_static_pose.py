@@ -32,3 +32,18 @@ def test_a_trunk_with_two_markers_is_rejected():
     places[:, [markers.NAMES.index("back"), markers.NAMES.index("chest")]] = np.nan
     with pytest.raises(UserError, match=r"2 of the markers chest, back, left_shoulder, right_shoulder are seen"):
         body_model(places, subject.FPS, 2.0)
+
+
+def test_a_marker_may_sway_by_fifteen_millimetres():
+    sway = np.where(np.arange(40) % 2, 1.0, -1.0)[:, None, None] * np.array([1.0, 0.0, 0.0])
+    places = np.array([[0.0, 1.0, 0.0]])
+    np.testing.assert_allclose(static_pose(places + 0.014 * sway, ("a",), 20.0, 2.0), places, atol=1e-12)
+    with pytest.raises(UserError, match="marker 'a' moves by 16 mm"):
+        static_pose(places + 0.016 * sway, ("a",), 20.0, 2.0)
+
+
+def test_the_hips_and_knees_scale_with_the_height_of_the_shoulders():
+    places = subject.marked(subject.range_of_motion(), noise_m=0.0)
+    adult, child = (body_model(size * places, subject.FPS, subject.STATIC_S) for size in (1.0, 0.7))
+    np.testing.assert_allclose(child.offsets_m, 0.7 * adult.offsets_m, atol=1e-6)
+    np.testing.assert_allclose(child.marker_places_m, 0.7 * adult.marker_places_m, atol=1e-6)

@@ -1,6 +1,7 @@
 """Synchronous reading of films, and the errors for films that are damaged or do not match."""
 
 import struct
+from itertools import pairwise
 
 import av
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 from pictures import draw, ordinary, write
 
 from cospeech.capture.tracking import footage
+from cospeech.capture.tracking.interlacing import combed
 from cospeech.errors import UserError
+from cospeech.formats.films import pictures as all_pictures_of
+from cospeech.formats.films import stills as pictures_of
 from cospeech.geometry.camera import Camera
 
 CAMERAS = [Camera("c1", (72, 48), (80, 80), (36, 24)), Camera("c2", (72, 48), (80, 80), (36, 24))]
@@ -52,10 +56,10 @@ def test_cameras_are_matched_to_films_by_name(films):
         footage.match_cameras(both, [CAMERAS[0], Camera("left", (72, 48), (80, 80), (36, 24))])
 
 
-def write_420(path, pictures, fps=20):
+def write_420(path, pictures, fps=20, options=None):
     """Write an H.264 film in the format of most cameras."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=fps, options={"crf": "8"})
+        stream = container.add_stream("libx264", rate=fps, options={"crf": "8"} | (options or {}))
         stream.height, stream.width = pictures[0].shape[1:]
         stream.pix_fmt = "yuv420p"
         for picture in pictures:
@@ -81,15 +85,106 @@ def test_a_film_with_subsampled_chroma_gives_the_same_planes(tmp_path):
         assert np.abs(centre(read[2]) - centre(picture[2])).max() < 0.1
 
 
-def test_a_film_flagged_as_rotated_is_rejected(tmp_path):
-    write_420(tmp_path / "c1.mp4", [draw((72, 48), [])] * 3)
-    content = bytearray((tmp_path / "c1.mp4").read_bytes())
-    upright, turned = (struct.pack(">9i", s << 16, 0, 0, 0, s << 16, 0, 0, 0, 1 << 30) for s in (1, -1))
+@pytest.mark.parametrize(("matrix", "quarter_turns"), [((0, 1, -1, 0), 3), ((-1, 0, 0, -1), 2), ((0, -1, 1, 0), 1)])
+def test_a_film_of_a_turned_phone_is_read_upright(tmp_path, matrix, quarter_turns):
+    path = tmp_path / "c1.mp4"
+    write_420(path, [draw((72, 48), [(20, 10, 6, "red")])] * 3)
+    (straight,) = next(footage.read([footage.probe(path)], 3))
+    content = bytearray(path.read_bytes())
+    a, b, c, d = (number << 16 for number in matrix)
+    upright, turned = (
+        struct.pack(">9i", *m, 0, 0, 1 << 30) for m in ((1 << 16, 0, 0, 0, 1 << 16, 0), (a, b, 0, c, d, 0))
+    )
     place = content.index(upright, content.index(b"tkhd"))  # the display matrix of the track
     content[place : place + len(turned)] = turned
-    (tmp_path / "c1.mp4").write_bytes(content)
-    with pytest.raises(UserError, match=r"c1\.mp4: the film is flagged to be rotated by -?180 degrees"):
-        next(footage.read([footage.probe(tmp_path / "c1.mp4")], 3))
+    path.write_bytes(content)
+    film = footage.probe(path)
+    assert film.size_px == ((48, 72) if quarter_turns % 2 else (72, 48))
+    (read,) = next(footage.read([film], 3))
+    for plane, whole in zip(read, straight, strict=True):
+        np.testing.assert_array_equal(plane[:, : film.size_px[0]], np.rot90(whole[:, :72], quarter_turns))
+    luma = next(footage.brightness(film))
+    assert luma.shape == film.size_px[::-1]
+    shown = pictures_of(path, {1})[1]
+    assert shown.shape == (*film.size_px[::-1], 3)
+    red = np.argwhere((shown[..., 0] > 100) & (shown[..., 1] < 80)).mean(axis=0)[::-1]
+    x, y = 20 - 35.5, 10 - 23.5
+    for _ in range(quarter_turns):  # counterclockwise, with y down
+        x, y = y, -x
+    np.testing.assert_allclose(red, np.array(film.size_px) / 2 - 0.5 + (x, y), atol=1.0)
+    assert next(iter(all_pictures_of(path, 24))).shape == (24, 16 if quarter_turns % 2 else 36, 3)
+
+
+def test_frames_hidden_by_an_edit_list_are_not_read(tmp_path):
+    """A cut without re-encoding keeps the frames from the last key frame on and hides those before the cut."""
+    path = tmp_path / "c1.mp4"
+    drawn = [draw((72, 48), [(10 + 8 * t, 24, 6, "red")], seed=t) for t in range(8)]
+    write_420(path, drawn)
+    content = bytearray(path.read_bytes())
+    place = content.index(b"elst") + 12  # after version and flags, and the number of edits: duration, start
+    duration, start = struct.unpack_from(">ii", content, place)
+    ticks = round(float(1 / (av.open(str(path)).streams.video[0].time_base * 20)))
+    struct.pack_into(">ii", content, place, duration - 2 * duration // 8, start + 2 * ticks)
+    path.write_bytes(content)
+    film = footage.probe(path)
+    assert (film.n_frames, film.fps) == (6, 20.0)
+    for picture, (planes,) in zip(drawn[2:], footage.read([film], 6), strict=True):
+        assert np.abs(centre(planes[2][:, :72]) - centre(picture[2])).max() < 0.3
+
+
+@pytest.mark.parametrize("lost", [1, 300, 649, 650, 1000, 1297])
+def test_one_lost_frame_is_found_wherever_it_is(lost):
+    starts_s = np.delete(np.arange(1300), lost) / 30.0
+    with pytest.raises(UserError, match=rf"c1\.mp4: 1 frame before frame {lost} \(at .* s\) is missing"):
+        footage._check_times(starts_s, 30.0 * 1299 / 1300, "c1.mp4")
+
+
+@pytest.mark.parametrize("fps", [24.0, 29.97, 59.94, 120.0])
+def test_times_in_milliseconds_are_a_constant_rate(fps):
+    footage._check_times(np.round(np.arange(5000) / fps, 3), fps, "c1.mkv")
+    with pytest.raises(UserError, match=r"c1\.mkv: 2 frames before frame 700 \(at .* s\) are missing"):
+        footage._check_times(np.round(np.delete(np.arange(5000), [700, 701]) / fps, 3), fps, "c1.mkv")
+
+
+def test_a_drifting_frame_rate_is_reported():
+    with pytest.raises(UserError, match=r"deviates by 14\.9 frames from a constant 30 frames/s"):
+        footage._check_times(np.cumsum(np.linspace(0.9, 1.1, 600)) / 30.0, 30.0, "c1.mp4")
+
+
+def woven(pictures):
+    """Return images whose odd lines show the next moment."""
+    weaved = []
+    for now, then in pairwise(pictures):
+        weaved.append(now.copy())
+        weaved[-1][:, 1::2] = then[:, 1::2]
+    return weaved
+
+
+def test_an_interlaced_film_is_refused_whether_it_says_so_or_not(tmp_path):
+    moving = [draw((144, 96), [(20 + 4 * t % 80, 40, 12, "white")], seed=t) for t in range(23)]
+    write_420(tmp_path / "flagged.mp4", moving, options={"x264-params": "interlaced=1"})
+    with pytest.raises(UserError, match=r"flagged\.mp4: the film is interlaced, as it says itself; .* bwdif"):
+        footage.probe(tmp_path / "flagged.mp4")
+    write_420(tmp_path / "silent.mp4", woven(moving))
+    film = footage.probe(tmp_path / "silent.mp4")
+    for read in (lambda: list(footage.read([film], 22)), lambda: list(footage.brightness(film))):
+        with pytest.raises(UserError, match=r"silent\.mp4: the film is interlaced: the edges .* frame 10 are combed"):
+            read()
+    write_420(tmp_path / "progressive.mp4", moving)
+    assert len(list(footage.read([footage.probe(tmp_path / "progressive.mp4")], 23))) == 23
+
+
+def test_noise_and_textures_are_not_combs():
+    rng = np.random.default_rng(0)
+    noise = np.clip(rng.normal(128, 25, (96, 144)), 0, 255).astype(np.uint8)
+    assert not combed(noise)
+    assert not combed(np.full((96, 144), 40, np.uint8))
+    checks = (60 + 100 * (np.add.outer(np.arange(96), np.arange(144)) % 2)).astype(np.uint8)
+    assert not combed(checks)
+    comb = np.full((96, 144), 40, np.uint8)
+    comb[20:60:2, 30:36] = 200
+    assert combed(comb)
+    assert not combed(np.ascontiguousarray(comb.T))
 
 
 def test_the_first_frames_of_a_film_can_be_skipped(films):
@@ -108,7 +203,7 @@ def test_variable_frame_rate_and_missing_colour_are_reported(films, tmp_path):
                 packet.pts = packet.dts = (packet.pts or 0) + (100 if number > 2 else 0)  # milliseconds: two dropped
                 packet.stream = stream
                 out.mux(packet)
-    with pytest.raises(UserError, match=r"uneven\.mkv: frame \d deviates by \d\.\d frames from a constant"):
+    with pytest.raises(UserError, match=r"uneven\.mkv: 2 frames before frame 3 \(at 0\.250 s\) are missing"):
         footage.probe(tmp_path / "uneven.mkv")
     with av.open(str(tmp_path / "grey.mkv"), "w") as out:
         stream = out.add_stream("ffv1", rate=20)

@@ -85,7 +85,9 @@ def read(path: str | Path) -> Board:
             raise ValueError("invalid sizes or dictionary")
     except FileNotFoundError as error:
         raise UserError(f"{path}: no such file; set capture.calibration.board to the board definition") from error
-    except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
+    except RecursionError:
+        raise UserError(f"{path}: nested too deeply for a board definition; see charuco.toml of caliscope") from None
+    except (OSError, tomllib.TOMLDecodeError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a valid board definition ({error}); see charuco.toml of caliscope") from error
     return board
 

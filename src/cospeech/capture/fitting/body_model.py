@@ -5,7 +5,8 @@ is the x axis of the thorax in the static pose. The legs are attached to hips th
 and one at the knee. These are the degrees of freedom that 15 markers determine; ``observability`` lists all others.
 
 Marker positions and bone lengths come from the static pose once the shoulder centres are known: the elbow lies below
-the shoulder at the height of its marker, and the hand marker is where the static pose shows it. Hips and knees, which
+the shoulder at the height of its marker, and the hand marker is where the static pose shows it. (In a T-pose, the
+markers of the arms are first rotated about the shoulders until the arms hang.) Hips and knees, which
 no functional movement determines here, are taken from ``skeleton.BODY``, scaled by the height of the shoulders.
 """
 
@@ -15,11 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cospeech.capture.fitting import stance
 from cospeech.capture.fitting.joint_centres import shoulder_centre
 from cospeech.capture.fitting.static_pose import static_pose
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
 from cospeech.geometry.rigid import align
+from cospeech.geometry.rotation import from_euler
 from cospeech.motion import markers, skeleton
 
 FREE, BALL, HINGE_X, HINGE_Z, UPRIGHT = range(5)
@@ -82,19 +85,22 @@ class BodyModel:
     shoulder_errors_m: tuple[float, float]
 
 
-def body_model(places_m: Floats, fps: float, static_s: float) -> BodyModel:
+def body_model(places_m: Floats, fps: float, static_s: float, pose: str = stance.HANGING) -> BodyModel:
     """Return the model of a subject from a range-of-motion take that begins with the static pose.
 
     Parameters
     ----------
     places_m : (T, M, 3) positions of ``markers.NAMES`` in metres, NaN where lost.
     static_s : duration of the static pose in seconds.
+    pose : the static pose, see ``stance``.
 
     Raises
     ------
-    UserError : if the static pose lacks a marker or is not still, or if an arm moves too little.
+    UserError : if the static pose lacks a marker, is not still or is not ``pose``, or if an arm moves too little.
     """
     still = static_pose(places_m, markers.NAMES, fps, static_s, OPTIONAL)
+    stance.check_axes(places_m, np.eye(3), "range-of-motion take")
+    stance.check_static(still, pose, np.eye(3), "range-of-motion take")
     rigid = [index for index in THORAX if not np.isnan(still[index, 0])]
     if len(rigid) < 3:
         trunk = ", ".join(markers.NAMES[index] for index in THORAX)
@@ -103,9 +109,11 @@ def body_model(places_m: Floats, fps: float, static_s: float) -> BodyModel:
             "range-of-motion take, but three are needed; begin the take with the static pose in view of the cameras"
         )
     thorax = align(still[rigid], places_m[:, rigid])
-    at = dict(zip(markers.NAMES, still, strict=True))
     elbows = {side: places_m[:, markers.NAMES.index(f"{side}_elbow")] for side in ("left", "right")}
     shoulders = {side: shoulder_centre(side, elbow, thorax) for side, elbow in elbows.items()}
+    if pose == stance.T_POSE:
+        still = _with_hanging_arms(still, {side: found.centre_m for side, found in shoulders.items()})
+    at = dict(zip(markers.NAMES, still, strict=True))
     centres = {name: np.zeros(3) for name in NAMES}
     middle = (shoulders["left"].centre_m + shoulders["right"].centre_m) / 2.0
     size = middle[1] / sum(skeleton.OFFSET_M[name][1] for name in ("hips", "spine", "chest", "left_arm"))
@@ -123,3 +131,14 @@ def body_model(places_m: Floats, fps: float, static_s: float) -> BodyModel:
     offsets = places - np.where(PARENTS[:, None] >= 0, places[PARENTS], 0.0)
     errors = (shoulders["left"].error_m, shoulders["right"].error_m)
     return BodyModel(offsets, still - places[MARKER_PART], errors)
+
+
+def _with_hanging_arms(still_m: Floats, shoulders_m: dict[str, Floats]) -> Floats:
+    """Return the markers (M, 3) of a T-pose with each arm rotated about its shoulder until it hangs."""
+    hanging = still_m.copy()
+    for side, turn_deg in (("left", -90.0), ("right", 90.0)):
+        turn = from_euler("Z", np.array([turn_deg]))
+        for part in ("elbow", "hand"):
+            index = markers.NAMES.index(f"{side}_{part}")
+            hanging[index] = shoulders_m[side] + turn @ (still_m[index] - shoulders_m[side])
+    return hanging

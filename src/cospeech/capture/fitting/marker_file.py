@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from cospeech.capture.fitting import stance
+from cospeech.capture.fitting.body_model import OPTIONAL
+from cospeech.capture.fitting.static_pose import static_pose
 from cospeech.capture.tracking import detections
 from cospeech.data import trajectories
 from cospeech.data.arrays import Floats
@@ -27,7 +30,14 @@ DIRECTIONS = {f"{sign}{axis}": number * np.eye(3)["xyz".index(axis)] for sign, n
 """Unit vectors of the file's axes by name."""
 
 
-def read(path: str | Path, names: Mapping[str, str], up: str, facing: str, longest_hidden_s: float) -> pd.DataFrame:
+def read(
+    path: str | Path,
+    names: Mapping[str, str],
+    up: str,
+    facing: str,
+    longest_hidden_s: float,
+    static: tuple[str, float] | None = None,
+) -> pd.DataFrame:
     """Return the ``markers_3d`` table of a C3D or TRC file, with all of ``markers.NAMES``.
 
     Markers that ``names`` does not map are lost.
@@ -37,11 +47,12 @@ def read(path: str | Path, names: Mapping[str, str], up: str, facing: str, longe
     names : marker map from our names (``markers.NAMES``) to those of the file.
     up, facing : the axis of the file that points up, and the one in which the actor faces: x, y, z, -x, -y or -z.
     longest_hidden_s : longest gap to fill, unless a rigid body part determines the position.
+    static : pose (see ``stance``) and duration in seconds of the static pose, for a range-of-motion take.
 
     Raises
     ------
-    UserError : if the format is unknown or the file is damaged, if a mapped marker is missing or never visible, or if
-        the axes do not define a frame.
+    UserError : if the format is unknown or the file is damaged, if a mapped marker is missing or never visible, if
+        the axes do not define a frame, or if the markers contradict the unit, axes, names or static pose.
     """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
@@ -60,6 +71,12 @@ def read(path: str | Path, names: Mapping[str, str], up: str, facing: str, longe
                 "from corpus.markers.names"
             )
         places[:, NAMES.index(ours)] = place @ turn.T
+    stance.check_unit(places, str(path))
+    stance.check_axes(places, turn, str(path))
+    if static is not None:
+        pose, seconds = static
+        still = static_pose(places, NAMES, held.fps, seconds, OPTIONAL)
+        stance.check_static(still, pose, turn, str(path))
     sd_m = np.full(places.shape[:2], detections.DETECTION_SD_M)
     filled, status = detections.fill_gaps(places, sd_m, held.fps, longest_hidden_s)
     return trajectories.to_table(filled, NAMES, held.fps).assign(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from cospeech.capture.fitting import stance
 from cospeech.capture.fitting.body_model import NAMES, THORAX, BodyModel, body_model
 from cospeech.capture.fitting.elbows import refine_elbows
 from cospeech.capture.fitting.gaps import bridge_gaps
@@ -32,7 +33,7 @@ class Fit(NamedTuple):
     line: str
 
 
-def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
+def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float, pose: str = stance.HANGING) -> Fit:
     """Return the joint angles of a record.
 
     Parameters
@@ -40,12 +41,13 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
     take : ``markers_3d`` table of the actor's range-of-motion take.
     record : ``markers_3d`` table of the record.
     static_s : duration of the static pose at the start of the take, seconds.
+    pose : the static pose, see ``stance``.
 
     Raises
     ------
     UserError : if the take does not determine the body model.
     """
-    model = fit_body_model(take, static_s)
+    model = fit_body_model(take, static_s, pose)
     seen = trajectories.to_array(record, markers.NAMES)
     worn = [index for index in THORAX if not np.isnan(model.marker_places_m[index, 0])]
     poses = solve(model, bridge_gaps(seen, align(model.marker_places_m[worn], seen[:, worn])))
@@ -58,7 +60,7 @@ def fit(take: pd.DataFrame, record: pd.DataFrame, static_s: float) -> Fit:
     return Fit(moved, observability(model.marker_places_m, seen, moved), line)
 
 
-def fit_body_model(take: pd.DataFrame, static_s: float) -> BodyModel:
+def fit_body_model(take: pd.DataFrame, static_s: float, pose: str = stance.HANGING) -> BodyModel:
     """Return the body model from a range-of-motion take (a ``markers_3d`` table) that begins with the static pose.
 
     Predicted positions are ignored: they reflect the motion model of the tracker, not the body.
@@ -69,7 +71,7 @@ def fit_body_model(take: pd.DataFrame, static_s: float) -> BodyModel:
     """
     seen = take[trajectories.AXES].where(take["status"].isin(trajectories.SEEN))
     places = trajectories.to_array(take.assign(**seen), markers.NAMES)
-    return refine_elbows(body_model(places, trajectories.frame_rate(take), static_s), places)
+    return refine_elbows(body_model(places, trajectories.frame_rate(take), static_s, pose), places)
 
 
 def motion(model: BodyModel, poses: Poses, fps: float) -> pd.DataFrame:

@@ -1,7 +1,9 @@
-"""The static pose at the start of a take: upright, arms hanging straight, palms to the thighs, facing +z.
+"""The static pose at the start of a take: upright, facing +z, with arms hanging straight or in a T-pose.
 
-It is the pose in which all joint angles are zero and the joint axes are parallel to the world axes. Once the joint
-centres are known, a marker's position in this pose therefore gives its position in the frame of its body part.
+With hanging arms and palms to the thighs, all joint angles are zero and the joint axes are parallel to the world
+axes. In a T-pose (palms down), the same holds but for the arms, which are rotated by 90 degrees to the sides. Once
+the joint centres are known, a marker's position in this pose therefore gives its position in the frame of its body
+part.
 """
 
 from __future__ import annotations

@@ -114,6 +114,12 @@ def find(
             if away[row, column] < FARTHEST_M:
                 points[members[row]] = found[column]
     missing = [name for index, name in enumerate(NAMES) if np.isnan(points[index, 0]) and name not in OPTIONAL]
+    if len(missing) > len(NAMES) / 2:
+        n_found = len(NAMES) - int(np.isnan(points[:, 0]).sum())
+        raise UserError(
+            f"{where}: {n_found} of {len(NAMES)} markers found in frame 0; the tracker needs an actor who wears "
+            "15 coloured discs (docs/capture.md); if yours does, click them in two views of that frame"
+        )
     if missing:
         raise UserError(f"{where}: {', '.join(missing)} not found in frame 0; click them in two views of that frame")
     return _nominal_where_missing(points)

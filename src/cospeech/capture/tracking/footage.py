@@ -3,6 +3,9 @@
 The planes Y, Cb and Cr of the decoder, the colour space of the thesis (Özkul 2012, 2.3), are used without conversion
 or copy if the film is full-range 4:4:4. Other formats, which most cameras write, are converted to it. Only one set of
 images is in memory at a time, whatever the length of the film.
+
+Films are read as players show them: without the frames that the edit list of an MP4 file hides, and turned upright if
+a phone wrote how it was held.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ import av
 import numpy as np
 import pandas as pd
 
-from cospeech.data.arrays import Plane
+from cospeech.capture.tracking.interlacing import combed
+from cospeech.data.arrays import Floats, Plane
 from cospeech.errors import UserError
 from cospeech.geometry.camera import Camera
 
@@ -30,16 +34,26 @@ FULL = "yuvj444p"
 UNEVEN_FRAMES = 0.6
 """Largest deviation of a frame from a constant rate, in frames; beyond it, it is late or others were dropped."""
 
+COMB_STEP, COMBED_FRAMES = 10, 2
+"""Every how many frames an image is tested for combs, and in how many of them a film is interlaced."""
+
+PROGRESSIVE = "convert every view with ffmpeg -vf bwdif (or, if no frame shows combed edges, with -vf setfield=prog)"
+"""What to do with an interlaced film."""
+
 
 @dataclass(frozen=True)
 class Film:
-    """Properties of the film of one view; frames before ``first`` are skipped and not counted in ``n_frames``."""
+    """Properties of the film of one view; frames before ``first`` are skipped and not counted in ``n_frames``.
+
+    The images are turned counterclockwise by ``quarter_turns``; ``size_px`` is their size after it.
+    """
 
     path: Path
     size_px: tuple[int, int]
     fps: float
     n_frames: int
     first: int = 0
+    quarter_turns: int = 0
 
     def after(self, n_frames: int) -> Film:
         """Return the film without its first ``n_frames`` frames."""
@@ -47,7 +61,7 @@ class Film:
 
 
 def probe(path: str | Path, *, colour: bool = True) -> Film:
-    """Return the properties of a film, read from its packets without decoding any frame.
+    """Return the properties of a film, read from its packets and its first frame.
 
     Parameters
     ----------
@@ -55,7 +69,8 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
 
     Raises
     ------
-    UserError : if the file is missing, is not a video, is truncated, lacks colour, or has a variable frame rate.
+    UserError : if the file is missing, is not a video, is truncated, lacks colour, is interlaced, lacks a frame, or
+        has a variable frame rate.
     """
     path = Path(path)
     if not path.is_file():
@@ -63,28 +78,57 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
     try:
         with av.open(path) as container:
             stream = container.streams.video[0]
+            stream.thread_type = "NONE"
             size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
             name, colours = stream.format.name, len(stream.format.components)
-            spans_s = [(packet.stream == stream, *_span_s(packet)) for packet in container.demux() if packet.size]
+            shown, first = [], None
+            for packet in container.demux():
+                if packet.stream == stream and first is None:
+                    first = next(iter(packet.decode()), None)
+                if packet.size and not packet.is_discard:
+                    shown.append((packet.stream == stream, *_span_s(packet)))
             promised_s = ((container.start_time or 0) + (container.duration or 0)) / av.time_base
     except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
-        raise UserError(f"{path}: not a video, or its header is damaged; record or copy it again") from error
+        raise UserError(f"{path}: not a video, or incomplete; convert it with ffmpeg, or copy it again") from error
+    if first is None:
+        raise UserError(f"{path}: no frame can be decoded; convert it with ffmpeg, or film again")
     if colour and colours < 3:
         raise UserError(f"{path}: the film has no colour ({name}); film the markers in colour")
-    starts_s = np.sort([start for is_picture, start, _ in spans_s if is_picture])
-    missing = (promised_s - max((end for *_, end in spans_s), default=0.0)) * fps
+    if first.interlaced_frame:
+        raise UserError(f"{path}: the film is interlaced, as it says itself; {PROGRESSIVE}")
+    if first.rotation % 90:
+        raise UserError(f"{path}: flagged to be shown turned by {first.rotation} degrees; film upright")
+    turns = first.rotation // 90 % 4
+    starts_s = np.sort([start for is_picture, start, _ in shown if is_picture])
+    if not fps and len(starts_s) > 1 and starts_s[-1] > starts_s[0]:  # some Matroska files do not state it
+        fps = float((len(starts_s) - 1) / (starts_s[-1] - starts_s[0]))
+    missing = (promised_s - max((end for *_, end in shown), default=0.0)) * fps
     if missing > 1.5:
         raise UserError(
             f"{path}: truncated: it has {len(starts_s)} of {len(starts_s) + missing:.0f} frames; copy it again, or "
             "cut the other views to the same length"
         )
+    _check_times(starts_s, fps, path)
+    return Film(path, size[::-1] if turns % 2 else size, fps, len(starts_s), quarter_turns=turns)
+
+
+def _check_times(starts_s: Floats, fps: float, path: Path) -> None:
+    """Raise UserError if the frames of a film, with start times (T,), do not follow each other at a constant rate."""
+    gaps_s = np.diff(starts_s)
+    steps = gaps_s / max(float(np.median(gaps_s)), 1e-9) if len(gaps_s) else gaps_s
     late = np.abs((starts_s - starts_s[:1]) * fps - np.arange(len(starts_s)))
-    if late.max(initial=0.0) > UNEVEN_FRAMES:
+    uneven = np.flatnonzero(np.abs(steps - 1.0) > UNEVEN_FRAMES)
+    frame = int(uneven[0]) + 1 if len(uneven) else int(np.argmax(late)) if len(late) else 0
+    if len(uneven) and (lost := round(steps[frame - 1]) - 1) > 0:
         raise UserError(
-            f"{path}: frame {int(np.argmax(late))} deviates by {late.max():.1f} frames from a constant {fps:g} "
-            "frames/s: the frame rate varies, or frames were dropped; convert the film with ffmpeg -fps_mode cfr"
+            f"{path}: {lost} frame{'s' * (lost > 1)} before frame {frame} (at {starts_s[frame]:.3f} s) "
+            f"{'are' if lost > 1 else 'is'} missing; record the take again, or fill the gap with ffmpeg -fps_mode cfr"
         )
-    return Film(path, size, fps, len(starts_s))
+    if len(uneven) or late.max(initial=0.0) > UNEVEN_FRAMES:
+        raise UserError(
+            f"{path}: frame {frame} (at {starts_s[frame]:.3f} s) deviates by {late[frame]:.1f} frames from a "
+            f"constant {fps:g} frames/s; convert the film with ffmpeg -fps_mode cfr"
+        )
 
 
 def _span_s(packet: av.Packet) -> tuple[float, float]:
@@ -186,26 +230,42 @@ def brightness(film: Film) -> Generator[Plane]:
     UserError : if a frame cannot be decoded.
     """
     for frame in _decoded(film):
-        yield np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+        luma = np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+        yield np.rot90(luma, film.quarter_turns) if film.quarter_turns else luma
+
+
+def _luma(frame: av.VideoFrame) -> Plane:
+    """Return the luma of a frame as the decoder stores it, without conversion, if that has eight bits per pixel."""
+    if not frame.format.is_planar or frame.format.components[0].bits != 8:
+        return np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+    plane = frame.planes[0]
+    return np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)[
+        : frame.height, : frame.width
+    ]
 
 
 def _decoded(film: Film) -> Generator[av.VideoFrame]:
+    n_combed = 0
     try:
         with av.open(film.path) as container:
             container.streams.video[0].thread_type = "NONE"
-            for frame in islice(container.decode(video=0), film.first, None):
-                if frame.rotation:
-                    raise UserError(
-                        f"{film.path}: the film is flagged to be rotated by {frame.rotation} degrees on display; "
-                        "rotate the images themselves by converting it with ffmpeg, or film upright"
-                    )
+            for number, frame in enumerate(islice(container.decode(video=0), film.first, None)):
+                if number % COMB_STEP == 0:
+                    n_combed += combed(_luma(frame))
+                    if n_combed >= COMBED_FRAMES:
+                        raise UserError(
+                            f"{film.path}: the film is interlaced: the edges of what moves in frame "
+                            f"{film.first + number} are combed; {PROGRESSIVE}"
+                        )
                 yield frame
     except av.FFmpegError as error:
-        raise UserError(f"{film.path}: a frame is damaged ({error}); copy the film again") from error
+        raise UserError(
+            f"{film.path}: a frame cannot be decoded ({error}); convert the film with ffmpeg, or film again"
+        ) from error
 
 
-def planes(frame: av.VideoFrame) -> Planes:
-    """Return the planes of a decoded frame, valid until the next frame is read.
+def planes(frame: av.VideoFrame, quarter_turns: int = 0) -> Planes:
+    """Return the planes of a decoded frame, turned counterclockwise, valid until the next frame is read.
 
     Subsampled chroma (4:2:0) is first interpolated to full resolution, with the chroma siting of its standard; range
     and matrix are then converted to those of ``FULL``.
@@ -218,6 +278,8 @@ def planes(frame: av.VideoFrame) -> Planes:
         np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)[: frame.height]
         for plane in frame.planes
     )
+    if quarter_turns:
+        y, cb, cr = (np.ascontiguousarray(np.rot90(plane[:, : frame.width], quarter_turns)) for plane in (y, cb, cr))
     return y, cb, cr
 
 
@@ -237,6 +299,8 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
             for film, view in zip(films, views, strict=True):
                 picture = next(view, None)
                 if picture is None:
-                    raise UserError(f"{film.path}: ends after {frame} of {n_frames} frames; copy the film again")
-                pictures.append(planes(picture))
+                    raise UserError(
+                        f"{film.path}: ends after {frame} of {n_frames} frames; convert it with ffmpeg, or film again"
+                    )
+                pictures.append(planes(picture, film.quarter_turns))
             yield pictures

@@ -78,7 +78,7 @@ def read_sound(path: str | Path) -> Samples:
             for picture in container.streams.video:
                 start_s -= float((picture.start_time or 0) * (picture.time_base or 0))
     except av.FFmpegError as error:
-        raise UserError(f"{path}: the sound is damaged ({error}); copy or record it again") from error
+        raise UserError(f"{path}: the sound cannot be decoded ({error}); convert it with ffmpeg") from error
     samples = np.concatenate([*parts, np.empty(0, dtype=np.float32)])
     if np.abs(samples).max(initial=0.0) <= SILENT:
         return np.empty(0, dtype=np.float32)
