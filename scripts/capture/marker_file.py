@@ -10,7 +10,12 @@ with job.run(snakemake) as work:
     mapped = declared["names"]
     names = {name: name for name in markers.NAMES} if mapped == "cospeech" else mapped
     world = marker_file.read(
-        work.input.file, names, declared["up"], declared["facing"], work.params["longest_hidden_s"]
+        work.input.file,
+        names,
+        declared["up"],
+        declared["facing"],
+        work.params["longest_hidden_s"],
+        unit=declared.get("unit"),
     )
     work.write(world, work.output.world, "markers_3d")
     work.write(quality_sheet.spans(world), work.output.spans, "marker_spans")
