@@ -16,6 +16,7 @@ with job.run(snakemake) as work:
         declared["facing"],
         work.params["longest_hidden_s"],
         unit=declared.get("unit"),
+        report=work.say,
     )
     work.write(world, work.output.world, "markers_3d")
     work.write(quality_sheet.spans(world), work.output.spans, "marker_spans")

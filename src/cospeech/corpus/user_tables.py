@@ -19,6 +19,7 @@ import pyarrow.parquet as pq
 
 from cospeech.data import segments, tables
 from cospeech.errors import UserError
+from cospeech.formats.foreign import check_size
 from cospeech.motion import skeleton
 
 GRID_TOLERANCE = 0.01
@@ -38,10 +39,11 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = ()) -> pd.DataF
 
     Raises
     ------
-    UserError : if the file is missing or damaged, lacks a column, or has a column in another unit.
+    UserError : if the file is missing, damaged or too large, lacks a column, or has a column in another unit.
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: no such file; correct the path")
+    check_size(Path(path).stat().st_size, str(path))
     frame = _read_csv(path) if Path(path).suffix.lower() == ".csv" else _read_parquet(path, schema)
     table = tables.schema(schema)
     required = [*(column.name for column in table.columns if not column.nullable), *extra]
@@ -78,6 +80,8 @@ def _read_csv(path: str | Path) -> pd.DataFrame:
 
 def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
     try:
+        size = pq.read_metadata(path)
+        check_size(8 * size.num_rows * size.num_columns, str(path))
         arrow = pq.read_table(path, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:80]
@@ -89,7 +93,11 @@ def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
         unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
         if column is not None and unit and unit != column.unit:
             raise UserError(f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; convert it")
-    return arrow.to_pandas(ignore_metadata=True)
+    try:
+        return arrow.to_pandas(ignore_metadata=True)
+    except ValueError as error:  # names and texts are decoded only now
+        reason = " ".join(str(error).split())[:80]
+        raise UserError(f"{path}: cannot be read as a table ({reason}); export it again") from error
 
 
 def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:

@@ -15,7 +15,7 @@ from cospeech.data import frame_rates
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import foreign
-from cospeech.formats.bvh import Clip
+from cospeech.formats.bvh import LARGEST, Clip
 from cospeech.geometry.rotation import from_vectors
 
 NAMES = (
@@ -84,6 +84,8 @@ def read(path: str | Path) -> Clip:
     if not np.isfinite(trans).all():
         frame = int(np.flatnonzero(~np.isfinite(trans).all(axis=1))[0])
         raise UserError(f"{path}: trans is missing (NaN) in frame {frame}; fill or cut the gap")
+    if np.abs(trans).max() > LARGEST:
+        raise UserError(f"{path}: trans has the value {np.abs(trans).max():.3g}; correct it, or export it again")
     _check_vectors(turns, path)
     fps, notes = frame_rates.from_rate(float(given.reshape(-1)[0]))
     return Clip(NAMES, PARENTS, from_vectors(turns), {0: trans}, fps, notes=tuple(notes))
@@ -158,7 +160,8 @@ def _array(content: bytes, name: str, path: str | Path) -> np.ndarray:
 def _numbers(array: np.ndarray, name: str, path: str | Path) -> Floats:
     if array.dtype.kind not in "iuf":
         raise UserError(f"{path}: {name} has the type {array.dtype} and must hold numbers; export it again")
-    return array.astype(float)
+    with np.errstate(all="ignore"):  # long doubles that are too large become infinite
+        return array.astype(float)
 
 
 def _brief(value: object) -> str:

@@ -35,6 +35,7 @@ def read(
     facing: str,
     longest_hidden_s: float,
     unit: str | float | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> pd.DataFrame:
     """Return the ``markers_3d`` table of a C3D or TRC file, with all of ``markers.NAMES``.
 
@@ -46,6 +47,7 @@ def read(
     up, facing : the axis of the file that points up, and the one in which the actor faces: x, y, z, -x, -y or -z.
     longest_hidden_s : longest gap to fill, unless a rigid body part determines the position.
     unit : unit of the positions, as in ``units.METRES`` or in metres; None: as the file says.
+    report : receives the notes on how the file was interpreted.
 
     Raises
     ------
@@ -56,6 +58,9 @@ def read(
     if reader is None:
         raise UserError(f"{path}: unknown marker file format; convert it to one of {', '.join(READERS)}")
     held = reader(path, unit)
+    if report:
+        for note in held.notes:
+            report(f"{path}: {note}")
     turn = world_rotation(up, facing)
     places = np.full((len(held.places_m), len(NAMES), 3), np.nan)
     for ours, theirs in ((ours, foreign.normalised(theirs)) for ours, theirs in names.items()):
