@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cospeech.data import frame_rates
 from cospeech.errors import UserError
 from cospeech.formats import bvh, foreign
 from cospeech.motion import skeleton
@@ -79,6 +80,21 @@ def test_our_own_reader_gives_back_what_was_written(tmp_path):
     np.testing.assert_allclose(clip.places[0], hips, atol=1e-6)
     for joint, parent in zip(clip.names[1:], clip.parents[1:], strict=True):
         assert clip.names[parent] == skeleton.PARENT[joint]
+
+
+@settings(max_examples=12)
+@given(seed=st.integers(0, 999), n_frames=st.integers(1, 2 * bvh.CHUNK + 1), fps=st.sampled_from(frame_rates.COMMON))
+def test_motion_of_any_length_and_rate_is_read_as_written(tmp_path_factory, seed, n_frames, fps):
+    path = tmp_path_factory.mktemp("bvh") / "a.bvh"
+    motion = random_motion(seed, n_frames, fps)
+    bvh.write(motion, path)
+    clip = bvh.read(path)
+    assert (clip.fps, clip.notes) == (fps, ())
+    hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy() + skeleton.OFFSET_M["hips"]
+    np.testing.assert_allclose(clip.places[0], hips, atol=1e-6)
+    order = [clip.names.index(name) for name in skeleton.JOINTS]
+    turned = skeleton.rotations(skeleton.angles(motion.iloc[[0, -1]]))
+    np.testing.assert_allclose(clip.rotations[[0, -1]][:, order], turned, atol=1e-7)
 
 
 def test_writing_twice_gives_the_same_bytes(tmp_path):

@@ -6,6 +6,8 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cospeech.data.trajectories import Trajectories
 from cospeech.errors import UserError
@@ -153,6 +155,21 @@ def test_the_numbers_of_every_processor_are_read(tmp_path, processor, scale, ana
     np.testing.assert_allclose(places, expected, rtol=1e-6)
 
 
+@settings(max_examples=60)
+@given(
+    n_frames=st.integers(1, 40), n_markers=st.integers(1, 300), analog=st.integers(0, 9),
+    processor=st.sampled_from(sorted(ORDER)), scale=st.sampled_from([-1.0, 0.25]), seed=st.integers(0, 99),
+)  # fmt: skip
+def test_files_of_any_size_are_read_as_written(tmp_path_factory, n_frames, n_markers, analog, processor, scale, seed):
+    points = some_points(n_frames, n_markers, seed)
+    content = c3d_bytes(points, processor, scale, analog)
+    names, places, fps, notes = read_bytes(tmp_path_factory.mktemp("c3d"), content)
+    assert (len(names), fps, notes) == (n_markers, 50.0, ())
+    expected = points[:, :, :3] * 0.001 * abs(scale)
+    expected[-1, -1] = np.nan
+    np.testing.assert_allclose(places, expected, rtol=1e-6)
+
+
 def test_names_beyond_the_255th_are_in_further_lists(tmp_path):
     names, places, *_ = read_bytes(tmp_path, c3d_bytes(some_points(2, 600)))
     assert names == tuple(f"m{number}" for number in range(600))
@@ -165,7 +182,7 @@ def test_more_frames_than_16_bits_can_count_are_read(tmp_path):
     in_trial = {"ACTUAL_START_FIELD": np.array([1, 0]), "ACTUAL_END_FIELD": np.array([70000 - 65536, 1])}
     for stated in (in_trial, {"LONG_FRAMES": np.array([70000.0])}):
         assert len(read_bytes(tmp_path, c3d_bytes(points, **saturated, **stated)).places_m) == 70000
-    with pytest.raises(UserError, match=r"a\.c3d: holds .* frames and announces 65535 in POINT:FRAMES"):
+    with pytest.raises(UserError, match=r"a\.c3d: announces 65535 in POINT:FRAMES and 65535 in the header, but its"):
         read_bytes(tmp_path, c3d_bytes(points, **saturated))
     late = {
         "header": (65535, 65535),
@@ -182,11 +199,11 @@ def test_frames_40000_to_65000_are_read(tmp_path):
 
 def test_counts_of_frames_that_contradict_the_data_are_rejected(tmp_path):
     points = some_points(30, 40)
-    with pytest.raises(UserError, match=r"holds 30 frames and announces 30 in POINT:FRAMES, 65535 in the header"):
+    with pytest.raises(UserError, match=r"announces 30 in POINT:FRAMES and 65535 in the header, .* room for 30"):
         read_bytes(tmp_path, c3d_bytes(points, header=(1, 65535)))
     with pytest.raises(UserError, match="announces 50 frames and holds 30"):
         read_bytes(tmp_path, c3d_bytes(points, header=(1, 50), FRAMES=np.array([50])))
-    with pytest.raises(UserError, match="announces 20 in POINT:FRAMES, 10 in the header"):
+    with pytest.raises(UserError, match=r"announces 20 in POINT:FRAMES and 10 in the header, .* room for 30 frames"):
         read_bytes(tmp_path, c3d_bytes(points, header=(1, 10), FRAMES=np.array([20])))
 
 

@@ -58,6 +58,23 @@ def test_rates_are_read_up_to_their_limit(tmp_path, written, fps):
     assert smplx.read(save(tmp_path / "a.npz", mocap_frame_rate=np.array(written))).fps == fps
 
 
+@settings(max_examples=40)
+@given(
+    dtype=st.sampled_from(["<f2", "<f4", ">f4", "<f8", ">f8"]), by_column=st.booleans(), compressed=st.booleans(),
+    n_frames=st.integers(1, 50), fps=st.integers(30, 1000).filter(lambda fps: fps not in (59, 119, 239)),
+)  # fmt: skip
+def test_arrays_of_any_layout_are_read_as_written(tmp_path_factory, dtype, by_column, compressed, n_frames, fps):
+    given_arrays = arrays(n_frames)
+    poses = np.array(given_arrays["poses"], dtype=dtype, order="F" if by_column else "C")
+    path = tmp_path_factory.mktemp("npz") / "a.npz"
+    write = np.savez_compressed if compressed else np.savez
+    write(path, **given_arrays | {"poses": poses, "mocap_frame_rate": np.array(fps)})
+    clip = smplx.read(path)
+    assert clip.fps == fps
+    expected = Rotation.from_rotvec(poses[:, 54:57].astype(float)).as_matrix()
+    np.testing.assert_allclose(clip.rotations[:, 18], expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("n_columns", [66, 72, 156, 165])
 def test_every_body_model_has_the_same_first_joints(tmp_path, n_columns):
     poses = arrays()["poses"][:, :n_columns]

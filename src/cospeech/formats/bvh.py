@@ -9,6 +9,7 @@ them. Where a file contradicts itself and its meaning is clear nevertheless, we 
 from __future__ import annotations
 
 import io
+import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -238,7 +239,7 @@ def _motion(file: io.BytesIO, n_joints: int, n_channels: int, where: str) -> tup
         rows.append(row)
         if len(rows) == CHUNK:
             foreign.check_joint_frames(n_joints, count, where)
-            chunks.append(_numbers(rows, count - len(rows), where))
+            chunks.append(_numbers(rows, n_channels, count - len(rows), where))
             rows = []
     if count < announced or count == 0:
         raise UserError(
@@ -249,14 +250,14 @@ def _motion(file: io.BytesIO, n_joints: int, n_channels: int, where: str) -> tup
     if count > announced:
         notes = [*notes, f"the file holds one frame more than the {announced} that it announces; all were read"]
     foreign.check_joint_frames(n_joints, count, where)
-    last = _numbers(rows, count - len(rows), where).reshape(len(rows), n_channels)
-    return np.concatenate([*chunks, last]), fps, notes
+    return np.concatenate([*chunks, _numbers(rows, n_channels, count - len(rows), where)]), fps, notes
 
 
-def _numbers(rows: list[list[bytes]], first: int, where: str) -> Floats:
+def _numbers(rows: list[list[bytes]], n_channels: int, first: int, where: str) -> Floats:
     """Return the values (T, C) of consecutive frames from ``first`` on."""
+    words = itertools.chain.from_iterable(rows)
     try:
-        return np.array(rows, dtype=float)
+        return np.fromiter(map(float, words), float, len(rows) * n_channels).reshape(len(rows), n_channels)
     except ValueError:
         for frame, row in enumerate(rows, start=first):
             for word in row:

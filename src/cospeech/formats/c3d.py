@@ -256,8 +256,8 @@ def _n_frames(
         fitting = counts  # something else follows the data
     saturated = last == MAX_IN_HEADER and max(end, *fitting, 0) >= MAX_IN_HEADER
     if not fitting or (stated["the header"] > fitting[0] and not saturated):
-        said = ", ".join(f"{count} in {place}" for place, count in stated.items() if count > 0)
-        raise UserError(f"{where}: holds {held} frames and announces {said or 'none'}; export it again")
+        said = " and ".join(f"{count} in {place}" for place, count in stated.items() if count > 0) or "none"
+        raise UserError(f"{where}: announces {said}, but its data have room for {held} frames; export it again")
     return fitting[0]
 
 
