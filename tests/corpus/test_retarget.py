@@ -277,6 +277,15 @@ def test_a_joint_that_twists_a_limb_may_be_skipped():
     check_limbs(motion, places_by_hand(clip), clip.names, OURS, np.eye(3))
 
 
+def test_a_forearm_belongs_to_its_arm():
+    crossed = OURS | {"left_forearm": "RElbow", "right_forearm": "LElbow"}
+    with pytest.raises(UserError, match=r"'LArm' is mapped to left_arm, but does not carry 'RElbow' .left_forearm."):
+        motion_table(other_clip(12), MotionConventions("y", "cm", crossed, "t_pose"), "a.bvh")
+    joints = SMPLX | {"left_hand": "right_wrist"}
+    with pytest.raises(UserError, match="but does not carry 'right_wrist'"):
+        motion_table(smplx_clip(), MotionConventions("y", "m", joints, "t_pose"), "a.npz")
+
+
 def smplx_clip(turned=(), n_frames=10, trans=None):
     """An SMPL-X clip at zero angles, but for some joints that turn by 0.5 rad about x over time."""
     rotations = np.broadcast_to(np.eye(3), (n_frames, len(smplx.NAMES), 3, 3)).copy()

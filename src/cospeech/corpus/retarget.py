@@ -98,6 +98,8 @@ def motion_table(clip: Clip, conventions: MotionConventions, where: str) -> tupl
     """
     source = joint_map(clip.names, conventions.joints, where)
     world = world_rotations(clip)
+    positions = world_positions(clip, world)
+    _check_limbs(clip, source, world, positions, where)
     axes = AXES[conventions.up]
     # A body without offsets (SMPL-X) has y up in its own axes, whichever axis points up in its world.
     upright = np.eye(3) if clip.offsets is None else axes.T
@@ -113,8 +115,6 @@ def motion_table(clip: Clip, conventions: MotionConventions, where: str) -> tupl
             local[:, index] = np.swapaxes(rotations[parent], 1, 2) @ rotations[name]
         else:
             rotations[name] = rotations[parent]
-    positions = world_positions(clip, world)
-    _check_limbs(clip, source, world, positions, where)
     hips = positions[source["hips"]] @ axes.T * units.metres_per_unit(conventions.unit)
     notes = [f"joints at zero angles, as the file lacks them: {', '.join(missing)}"] if missing else []
     _check_unit(clip, source, hips, conventions.unit, where)
@@ -195,30 +195,32 @@ def _check_limbs(clip: Clip, source: dict[str, int], world: Floats, positions: l
             continue
         joint, end = source[ours], source[child]
         between = _between(clip.parents, joint, end)
-        if clip.offsets is None:
-            turns = [rotation.angles_deg(clip.rotations[:, skipped]).max() for skipped in between]
-            bend = max(turns, default=0.0)
-        else:
+        if clip.offsets is not None:
             position = rest.rest_positions(clip)
             bone = np.einsum("tji,tj->ti", world[:, joint], positions[end] - positions[joint])
             bend = _largest_angle_deg(bone, position[end] - position[joint])
+        elif between is None:
+            bend = 180.0
+        else:
+            turns = [rotation.angles_deg(clip.rotations[:, skipped]).max() for skipped in between]
+            bend = max(turns, default=0.0)
         if bend > MAX_BEND_DEG:
-            skipped_names = ", ".join(f"'{clip.names[skipped]}'" for skipped in between)
-            what = f"{skipped_names}, which it skips, moves" if between else "a position channel moves"
-            raise UserError(
-                f"{where}: '{clip.names[joint]}' is mapped to {ours}, but {what} '{clip.names[end]}' by up to "
-                f"{bend:.0f} degrees; correct corpus.motion.joints"
-            )
+            name, end_name = clip.names[joint], clip.names[end]
+            skipped = ", ".join(f"'{clip.names[other]}'" for other in between or ())
+            what = f"{skipped}, which it skips, moves" if skipped else "a position channel moves"
+            bends = f"{what} '{end_name}' by up to {bend:.0f} degrees"
+            reason = f"does not carry '{end_name}' ({child})" if between is None else bends
+            raise UserError(f"{where}: '{name}' is mapped to {ours}, but {reason}; correct corpus.motion.joints")
 
 
-def _between(parents: tuple[int, ...], joint: int, end: int) -> list[int]:
-    """Return the joints between a joint and one of its descendants; none if ``end`` is not a descendant."""
+def _between(parents: tuple[int, ...], joint: int, end: int) -> list[int] | None:
+    """Return the joints between a joint and one of its descendants; None if ``end`` is not a descendant."""
     path: list[int] = []
     above = parents[end]
     while above >= 0 and above != joint:
         path.insert(0, above)
         above = parents[above]
-    return path if above == joint else []
+    return path if above == joint else None
 
 
 def _largest_angle_deg(vectors: Floats, direction: Floats) -> float:
