@@ -270,6 +270,12 @@ def test_a_joint_that_bends_the_forearm_must_be_mapped():
         motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
 
 
+def test_a_joint_that_hardly_bends_may_be_skipped():
+    bent = Rotation.from_euler("y", np.linspace(0, 9, 20)[:, None], degrees=True).as_matrix()
+    clip = extended(other_clip(13), "LElbow", "LMid", [12, 0, 0], bent)
+    motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
+
+
 def test_a_joint_that_twists_a_limb_may_be_skipped():
     twist = Rotation.from_euler("x", np.linspace(0, 90, 20)[:, None], degrees=True).as_matrix()
     clip = extended(other_clip(13), "LElbow", "LTwist", [12, 0, 0], twist)

@@ -64,6 +64,7 @@ def rewritten(tmp_path, **parameters):
         ({"UNITS": [""]}, "does not say its unit"),
         ({"UNITS": ["furlong"]}, "unknown unit 'furlong'"),
         ({"RATE": [0.5]}, "a frame rate of 0.5 Hz"),
+        ({"RATE": [10001.0]}, "a frame rate of 10001 Hz"),
     ],
 )
 def test_a_file_without_unit_names_or_rate_is_rejected(tmp_path, parameters, message):
@@ -189,12 +190,15 @@ def test_more_frames_than_16_bits_can_count_are_read(tmp_path):
         "ACTUAL_START_FIELD": np.array([14464, 1]),
         "ACTUAL_END_FIELD": np.array([14469, 1]),
     }
-    assert len(read_bytes(tmp_path, c3d_bytes(points[:6], **late)).places_m) == 6
+    for header in ((65535, 65535), (1, 65535)):
+        assert len(read_bytes(tmp_path, c3d_bytes(points[:6], **late | {"header": header})).places_m) == 6
 
 
 def test_frames_40000_to_65000_are_read(tmp_path):
     points = np.ones((40000, 1, 4))  # negative as signed 16 bits
-    assert len(read_bytes(tmp_path, c3d_bytes(points)).places_m) == 40000
+    content = c3d_bytes(points)
+    assert len(read_bytes(tmp_path, content).places_m) == 40000
+    assert len(read_bytes(tmp_path, content + bytes(1024)).places_m) == 40000
 
 
 def test_counts_of_frames_that_contradict_the_data_are_rejected(tmp_path):

@@ -97,6 +97,12 @@ def positions(n_frames=8):
     return placed.reshape(n_frames, 165)
 
 
+def test_rotations_up_to_a_full_turn_are_read(tmp_path):
+    poses = np.zeros((8, 165))
+    poses[:, 54:57] = [3.6, -3.6, 3.6]  # 6.24 rad
+    assert len(smplx.read(save(tmp_path / "a.npz", poses=poses)).rotations) == 8
+
+
 def test_arms_that_do_not_move_are_no_positions(tmp_path):
     poses = np.zeros((8, 165))
     poses[:, 48:66] = [0.1, 0.2, -1.1, 0.1, 0.2, 1.1, 0, -0.3, 0.2, 0.1, 0.2, 0, 0.1, 0, 0, 0, 0.1, 0]
@@ -123,6 +129,7 @@ def nan_at(frame, joint):
             {"poses": np.degrees(arrays()["poses"])},
             "rad in frame ., more than a full turn, so poses seems to be in deg",
         ),
+        ({"poses": arrays()["poses"] + np.repeat([0, 4, 0], [54, 3, 108])}, "'left_elbow' turns by [67].* full turn"),
         ({"poses": positions()}, "poses seems to hold positions of joints"),
         ({"mocap_frame_rate": np.array(1001.0)}, "mocap_frame_rate is 1001.0; it must be one number from 1 to 1000"),
         ({"mocap_frame_rate": np.array(np.inf)}, "from 1 to 1000"),

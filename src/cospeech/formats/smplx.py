@@ -93,9 +93,9 @@ def read(path: str | Path) -> Clip:
 
 def _check_vectors(turns: Floats, path: str | Path) -> None:
     """Raise UserError if ``turns`` (T, J, 3) are not rotation vectors in radians: degrees, or positions of joints."""
-    longest = np.abs(turns).max(axis=2)  # of a component: squares could overflow
+    longest = np.linalg.norm(np.clip(turns, -LARGEST, LARGEST), axis=2)  # larger squares could overflow
     frame, joint = np.unravel_index(int(longest.argmax()), longest.shape)
-    if longest[frame, joint] > 2 * math.pi or np.linalg.norm(turns[frame, joint]) > 2 * math.pi:
+    if longest[frame, joint] > 2 * math.pi:
         raise UserError(
             f"{path}: joint '{NAMES[joint]}' turns by {longest[frame, joint]:.3g} rad in frame {frame}, more than a "
             "full turn, so poses seems to be in degrees; convert it to radians"
