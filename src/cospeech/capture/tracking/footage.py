@@ -61,7 +61,7 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
     if not path.is_file():
         raise UserError(f"{path}: no such file; every camera of the rig needs one")
     try:
-        with av.open(path) as container:
+        with av.open(path, metadata_errors="replace") as container:
             stream = container.streams.video[0]
             size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
             name, colours = stream.format.name, len(stream.format.components)
@@ -191,7 +191,7 @@ def brightness(film: Film) -> Generator[Plane]:
 
 def _decoded(film: Film) -> Generator[av.VideoFrame]:
     try:
-        with av.open(film.path) as container:
+        with av.open(film.path, metadata_errors="replace") as container:
             container.streams.video[0].thread_type = "NONE"
             for frame in islice(container.decode(video=0), film.first, None):
                 if frame.rotation:
