@@ -15,7 +15,9 @@ with job.run(snakemake) as work:
         declared["up"],
         declared["facing"],
         work.params["longest_hidden_s"],
-        (declared["static"], work.params["static_s"]) if work.params["static_s"] else None,
+        static=(declared["static"], work.params["static_s"]) if work.params["static_s"] else None,
+        unit=declared.get("unit"),
+        report=work.say,
     )
     work.write(world, work.output.world, "markers_3d")
     work.write(quality_sheet.spans(world), work.output.spans, "marker_spans")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cospeech.corpus.retarget import AXES, MotionConventions, motion_table
+from cospeech.corpus.retarget import AXES, SMPLX, MotionConventions, motion_table
 from cospeech.errors import UserError
 from cospeech.formats import bvh, smplx
 from cospeech.formats.bvh import Clip
@@ -148,7 +148,7 @@ def test_smplx_in_a_world_with_z_up_gives_the_same_motion():
     rng = np.random.default_rng(5)
     turns = rng.uniform(-0.4, 0.4, (10, len(smplx.NAMES), 3))
     rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(10, -1, 3, 3)
-    trans = rng.normal(0, 1, (10, 3))
+    trans = rng.normal(0, 0.02, (10, 3))
     clip = Clip(smplx.NAMES, smplx.PARENTS, rotations, {0: trans}, 30.0)
     in_z = rotations.copy()
     in_z[:, 0] = AXES["z"].T @ rotations[:, 0]
@@ -200,7 +200,7 @@ def test_missing_joints_have_zero_angles_and_are_noted():
         ({"joints": OURS | {"left_am": "LArm"}}, "config.*unknown joint 'left_am'; did you mean 'left_arm'"),
         ({"joints": {"hips": "Hips"}}, "no joint is mapped to 'chest'"),
         ({"joints": "cospeech"}, "no joint is mapped to 'hips'"),
-        ({"unit": "m"}, "upper arm is 28 m long"),
+        ({"unit": "m"}, "upper arm is 28 m long if the unit is m; correct corpus.motion.unit|hips rise"),
         ({"unit": "mm"}, "corpus.motion.unit"),
         ({"up": "z", "zero": "offsets"}, "leans .* degrees from upright"),
         ({"joints": SWAPPED}, "'RArm' is on the actor's right"),
@@ -231,3 +231,141 @@ def test_an_unusual_heading_is_noted():
     assert len(notes) == 1
     assert 80 < int(notes[0].split()[1]) < 100
     assert "left of +z" in notes[0]
+
+
+def extended(clip, above, name, offset, turns):
+    """The clip with a further joint (offset, rotations) between ``above`` and its only child."""
+    at = clip.names.index(above) + 1
+    child = clip.parents.index(at - 1)
+    parents = [parent + (parent >= at) for parent in clip.parents]
+    parents[child] = at
+    offsets = clip.offsets.copy()
+    offsets[child] -= offset
+    return Clip(
+        (*clip.names[:at], name, *clip.names[at:]),
+        (*parents[:at], at - 1, *parents[at:]),
+        np.insert(clip.rotations, at, turns, axis=1),
+        clip.places,
+        clip.fps,
+        np.insert(offsets, at, offset, axis=0),
+        {},
+    )
+
+
+@pytest.mark.parametrize("zero", ["t_pose", "offsets"])
+def test_a_collar_bone_is_not_an_upper_arm(zero):
+    collar = OURS | {"left_arm": "LCollar", "right_arm": "RCollar"}
+    with pytest.raises(
+        UserError, match=r"'LCollar' is mapped to left_arm, but 'LArm', which it skips, moves 'LElbow'"
+    ):
+        motion_table(other_clip(12), MotionConventions("y", "cm", collar, zero), "a.bvh")
+
+
+def test_a_joint_that_bends_the_forearm_must_be_mapped():
+    bent = Rotation.from_euler("y", np.linspace(0, 25, 20)[:, None], degrees=True).as_matrix()
+    clip = extended(other_clip(13), "LElbow", "LMid", [12, 0, 0], bent)
+    with pytest.raises(
+        UserError, match=r"'LElbow' is mapped to left_forearm, but 'LMid', .* moves 'LWrist' by up to 1"
+    ):
+        motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
+
+
+def test_a_joint_that_hardly_bends_may_be_skipped():
+    bent = Rotation.from_euler("y", np.linspace(0, 9, 20)[:, None], degrees=True).as_matrix()
+    clip = extended(other_clip(13), "LElbow", "LMid", [12, 0, 0], bent)
+    motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
+
+
+def test_a_joint_that_twists_a_limb_may_be_skipped():
+    twist = Rotation.from_euler("x", np.linspace(0, 90, 20)[:, None], degrees=True).as_matrix()
+    clip = extended(other_clip(13), "LElbow", "LTwist", [12, 0, 0], twist)
+    motion, _ = motion_table(clip, MotionConventions("y", "cm", OURS, "t_pose"), "a.bvh")
+    check_limbs(motion, places_by_hand(clip), clip.names, OURS, np.eye(3))
+
+
+def test_a_forearm_belongs_to_its_arm():
+    crossed = OURS | {"left_forearm": "RElbow", "right_forearm": "LElbow"}
+    with pytest.raises(UserError, match=r"'LArm' is mapped to left_arm, but does not carry 'RElbow' .left_forearm."):
+        motion_table(other_clip(12), MotionConventions("y", "cm", crossed, "t_pose"), "a.bvh")
+    joints = SMPLX | {"left_hand": "right_wrist"}
+    with pytest.raises(UserError, match="but does not carry 'right_wrist'"):
+        motion_table(smplx_clip(), MotionConventions("y", "m", joints, "t_pose"), "a.npz")
+
+
+def smplx_clip(turned=(), n_frames=10, trans=None):
+    """An SMPL-X clip at zero angles, but for some joints that turn by 0.5 rad about x over time."""
+    rotations = np.broadcast_to(np.eye(3), (n_frames, len(smplx.NAMES), 3, 3)).copy()
+    for name in turned:
+        turns = np.linspace(0, 0.5, n_frames)[:, None] * [1, 0, 0]
+        rotations[:, smplx.NAMES.index(name)] = Rotation.from_rotvec(turns).as_matrix()
+    trans = np.zeros((n_frames, 3)) if trans is None else np.asarray(trans)
+    return Clip(smplx.NAMES, smplx.PARENTS, rotations, {0: trans}, 30.0)
+
+
+def test_a_collar_bone_without_offsets_is_not_an_upper_arm_either():
+    collar = {**SMPLX, "left_arm": "left_collar"}
+    still = smplx_clip()
+    motion_table(still, MotionConventions("y", "m", collar, "t_pose"), "a.npz")
+    with pytest.raises(
+        UserError, match="'left_collar' is mapped to left_arm, but 'left_shoulder', which it skips, moves"
+    ):
+        motion_table(smplx_clip(["left_shoulder"]), MotionConventions("y", "m", collar, "t_pose"), "a.npz")
+
+
+def test_the_chest_of_smplx_is_the_vertebra_that_bears_neck_and_arms():
+    for vertebra, joint in (("spine1", "spine"), ("spine2", "chest"), ("spine3", "chest")):
+        motion, _ = motion_table(smplx_clip([vertebra]), MotionConventions("y", "m", "smplx", "t_pose"), "a.npz")
+        turned = motion[skeleton.angle_columns(("spine", "chest", "neck", "head"))].iloc[-1]
+        moving = {name for name in turned.index if abs(turned[name]) > 1e-6}
+        assert moving == {f"{joint}_x_deg"}, vertebra
+
+
+@pytest.mark.parametrize(
+    ("unit", "trans", "message"),
+    [
+        ("m", [[0, 900 + frame / 100, 0] for frame in range(10)], "hips are 900 m above the ground if the unit is m"),
+        (
+            "m",
+            [[0, frame, 0] for frame in range(10)],
+            "hips rise by 9 m if the unit is m; correct corpus.motion.unit",
+        ),
+        ("m", [[8 * frame, 0, 0] for frame in range(10)], "hips travel 72 m"),
+        ("m", [[frame % 2, 0, 0] for frame in range(10)], "hips move at 30 m/s"),
+        ("mm", [[0, 0.9, 0] for frame in range(10)], "hips are 0.0009 m above the ground if the unit is mm"),
+        (0.01, [[0, 0.9, 0] for frame in range(10)], "hips are 0.009 m above the ground if the unit is 0.01 m"),
+    ],
+)
+def test_a_path_of_the_hips_that_is_impossible_in_the_unit_is_rejected(unit, trans, message):
+    with pytest.raises(UserError, match=message):
+        motion_table(smplx_clip(trans=trans), MotionConventions("y", unit, "smplx", "t_pose"), "a.npz")
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), ("in", 0.0254), (0.056444, 0.056444), ("cm", 0.01)])
+def test_hip_displacement_has_the_size_of_the_unit(unit, metres):
+    clip = other_clip(14)
+    scaled = Clip(clip.names, clip.parents, clip.rotations, {0: clip.places[0] / 100 / metres}, clip.fps,
+                  clip.offsets / 100 / metres, {})  # fmt: skip
+    motion, _ = motion_table(scaled, MotionConventions("y", unit, OURS, "t_pose"), "a.bvh")
+    expected = (clip.places[0] - clip.places[0].mean(axis=0)) / 100
+    np.testing.assert_allclose(motion[list(skeleton.ROOT_COLUMNS)], expected, atol=1e-12)
+
+
+def test_declared_names_match_in_either_unicode_composition_and_with_quotation_marks():
+    clip = other_clip(15)
+    names = tuple("Bras lev\u00e9" if name == "LArm" else name for name in clip.names)
+    clip = Clip(names, clip.parents, clip.rotations, clip.places, clip.fps, clip.offsets, {})
+    for written in ("Bras lev\u00e9", "Bras leve\u0301", '"Bras lev\u00e9"'):
+        motion_table(clip, MotionConventions("y", "cm", OURS | {"left_arm": written}, "t_pose"), "a.bvh")
+
+
+def test_a_name_that_two_joints_share_cannot_be_mapped():
+    clip = other_clip(16)
+    names = tuple("LArm" if name == "Head" else name for name in clip.names)
+    clip = Clip(names, clip.parents, clip.rotations, clip.places, clip.fps, clip.offsets, {})
+    others = {ours: theirs for ours, theirs in OURS.items() if ours != "head"}
+    with pytest.raises(UserError, match="2 joints are called 'LArm'; give each its own name"):
+        motion_table(clip, MotionConventions("y", "cm", others, "t_pose"), "a.bvh")
+    names = tuple("Toe" if name in ("LAnkle", "RAnkle") else name for name in other_clip(16).names)
+    clip = Clip(names, clip.parents, clip.rotations, clip.places, clip.fps, clip.offsets, {})
+    unmapped = {ours: theirs for ours, theirs in OURS.items() if "foot" not in ours}
+    motion_table(clip, MotionConventions("y", "cm", unmapped, "t_pose"), "a.bvh")

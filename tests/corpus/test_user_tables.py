@@ -361,3 +361,10 @@ def test_a_corrupted_csv_file_is_either_read_or_rejected(tmp_path_factory, data)
         return
     segments.check(table, "gestures")
     assert set(table["label"]) <= set(LABELS)
+
+
+def test_tables_beyond_the_limit_are_rejected_before_they_are_read(tmp_path):
+    flat = pa.table({"frame": pa.array(np.zeros(70_000_000, dtype=np.int8))})
+    pq.write_table(flat, tmp_path / "bomb.parquet")  # a few kilobytes
+    with pytest.raises(UserError, match=r"bomb\.parquet: has 560 MB, more than the limit of 512 MB"):
+        user_tables.motion(tmp_path / "bomb.parquet")

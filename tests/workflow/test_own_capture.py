@@ -69,7 +69,7 @@ def recording(moved):
 def write_markers(path, held):
     """Write a recording with what the name of its file says is wrong with it."""
     how = path.stem.partition("_")[2]
-    names, places, fps = held
+    names, places, fps, _ = held
     if how == "gaps":
         places = places.copy()
         places[50:60, names.index("LEFT_HAND")] = np.nan

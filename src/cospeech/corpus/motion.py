@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
@@ -60,9 +61,9 @@ def read(
     clip = bvh.read(path) if source == "bvh" else smplx.read(path)
     first, last = _excerpt_frames(path, len(clip.rotations), clip.fps, start_s, end_s)
     places = {joint: place[first:last] for joint, place in clip.places.items()}
-    part = bvh.Clip(clip.names, clip.parents, clip.rotations[first:last], places, clip.fps, clip.offsets, clip.tips)
+    part = dataclasses.replace(clip, rotations=clip.rotations[first:last], places=places)
     table, notes = retarget.motion_table(part, conventions, str(path))
-    return Motion(table, source, notes)
+    return Motion(table, source, [*clip.notes, *notes])
 
 
 def _excerpt_frames(

@@ -20,16 +20,17 @@ import numpy as np
 import pandas as pd
 
 from cospeech.corpus import rest
+from cospeech.data import units
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
+from cospeech.formats import foreign
 from cospeech.formats.bvh import Clip
+from cospeech.geometry import rotation
 from cospeech.motion import skeleton
 from cospeech.motion.euler import least_change
 
 REQUIRED_JOINTS = ("hips", "chest", *skeleton.ARM_JOINTS)
 """Joints that the source must have; the angles of all other joints are zero if the source lacks them."""
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 
 AXES = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
 """Rotation from the file's axes to ours, by the axis that points up: y up, facing +z; or z up, facing -y."""
@@ -58,6 +59,15 @@ SMPLX = {
 UPPER_ARM_M = (0.12, 0.6)
 """Plausible range of the length of an upper arm; a length outside it means that the unit is wrong."""
 
+MAX_BEND_DEG = 10.0
+"""Largest angle between a limb's bone and its direction at zero angles, in the frame of the joint that moves it."""
+
+MAX_RISE_M, MAX_TRAVEL_M, MAX_SPEED_M_S = 5.0, 50.0, 10.0
+"""Largest vertical and horizontal range of the hips, and their largest median speed; beyond, the unit is wrong."""
+
+HIPS_HEIGHT_M, MAX_HEIGHT_M = (0.3, 1.5), 10.0
+"""Usual height of the hips of SMPL-X above the ground, and a height that shows that the unit is wrong."""
+
 MAX_LEAN_DEG = 60.0
 """Largest angle between the mean trunk axis and the vertical; beyond it, the up axis must be wrong."""
 
@@ -70,7 +80,7 @@ class MotionConventions:
     """Conventions that a motion file does not state itself (``corpus.motion`` of the configuration)."""
 
     up: str
-    unit: str
+    unit: str | float
     joints: str | dict[str, str]
     zero: str
 
@@ -83,11 +93,13 @@ def motion_table(clip: Clip, conventions: MotionConventions, where: str) -> tupl
     Raises
     ------
     UserError
-        If a declared joint is not in the file, a required joint is not declared, or the rest pose cannot be read from
-        the bone offsets.
+        If a declared joint is not in the file, a required joint is not declared, a limb skips a joint that bends, the
+        unit or the axes are wrong, or the rest pose cannot be read from the bone offsets.
     """
     source = joint_map(clip.names, conventions.joints, where)
     world = world_rotations(clip)
+    positions = world_positions(clip, world)
+    _check_limbs(clip, source, world, positions, where)
     axes = AXES[conventions.up]
     # A body without offsets (SMPL-X) has y up in its own axes, whichever axis points up in its world.
     upright = np.eye(3) if clip.offsets is None else axes.T
@@ -103,10 +115,9 @@ def motion_table(clip: Clip, conventions: MotionConventions, where: str) -> tupl
             local[:, index] = np.swapaxes(rotations[parent], 1, 2) @ rotations[name]
         else:
             rotations[name] = rotations[parent]
-    positions = world_positions(clip, world)
-    hips = positions[source["hips"]] @ axes.T * METRES[conventions.unit]
+    hips = positions[source["hips"]] @ axes.T * units.metres_per_unit(conventions.unit)
     notes = [f"joints at zero angles, as the file lacks them: {', '.join(missing)}"] if missing else []
-    _check_unit(clip, source, conventions.unit, where)
+    _check_unit(clip, source, hips, conventions.unit, where)
     trunk = rotations["chest"]
     if clip.offsets is not None:
         trunk = axes @ rest.trunk_axes(np.stack(positions, axis=1), source, where)
@@ -120,12 +131,15 @@ def joint_map(names: tuple[str, ...], declared: str | dict[str, str], where: str
         preset = {"cospeech": {name: name for name in skeleton.JOINTS}, "smplx": SMPLX}[declared]
         mapping = {ours: theirs for ours, theirs in preset.items() if theirs in names}
     else:
-        mapping = declared
+        names = tuple(map(foreign.normalised, names))
+        mapping = {ours: foreign.normalised(theirs) for ours, theirs in declared.items()}
     for ours, theirs in mapping.items():
         if ours not in skeleton.JOINTS:
             raise UserError(f"config: corpus.motion.joints: {_unknown(ours, skeleton.JOINTS)}")
         if theirs not in names:
             raise UserError(f"{where}: {_unknown(theirs, names)}; correct corpus.motion.joints")
+        if names.count(theirs) > 1:
+            raise UserError(f"{where}: {names.count(theirs)} joints are called '{theirs}'; give each its own name")
     for ours in REQUIRED_JOINTS:
         if ours not in mapping:
             raise UserError(
@@ -140,15 +154,80 @@ def _unknown(name: str, known: tuple[str, ...]) -> str:
     return f"unknown joint '{name}'; {hint}"
 
 
-def _check_unit(clip: Clip, source: dict[str, int], unit: str, where: str) -> None:
-    if clip.offsets is None:
-        return
-    position = rest.rest_positions(clip)
-    arm_m = np.linalg.norm(position[source["left_forearm"]] - position[source["left_arm"]]) * METRES[unit]
-    if not UPPER_ARM_M[0] <= arm_m <= UPPER_ARM_M[1]:
-        raise UserError(
-            f"{where}: its upper arm is {arm_m:.3g} m long if the unit is {unit}; correct corpus.motion.unit"
-        )
+def _check_unit(clip: Clip, source: dict[str, int], hips_m: Floats, unit: str | float, where: str) -> None:
+    """Raise UserError if the body or the path (T, 3) of its hips have a size that is impossible in the unit."""
+    scale, name = units.metres_per_unit(unit), units.label(unit)
+    impossible = _impossible_path(hips_m, clip.fps)
+    if clip.offsets is not None:
+        position = rest.rest_positions(clip)
+        arm_m = np.linalg.norm(position[source["left_forearm"]] - position[source["left_arm"]]) * scale
+        if not UPPER_ARM_M[0] <= arm_m <= UPPER_ARM_M[1]:
+            raise UserError(
+                f"{where}: its upper arm is {arm_m:.3g} m long if the unit is {name}; correct corpus.motion.unit"
+            )
+    else:
+        height_m = hips_m[:, 1].mean()
+        if abs(height_m) > MAX_HEIGHT_M or (scale < 0.1 and HIPS_HEIGHT_M[0] < height_m / scale < HIPS_HEIGHT_M[1]):
+            impossible = f"are {height_m:.3g} m above the ground"
+    if impossible:
+        raise UserError(f"{where}: the hips {impossible} if the unit is {name}; correct corpus.motion.unit")
+
+
+def _impossible_path(hips_m: Floats, fps: float) -> str:
+    """Return what no person's hips do, or an empty string."""
+    rise, *travel = np.ptp(hips_m, axis=0)[[1, 0, 2]]
+    speed = float(np.median(np.linalg.norm(np.diff(hips_m, axis=0), axis=1))) * fps if len(hips_m) > 1 else 0.0
+    if rise > MAX_RISE_M:
+        return f"rise by {rise:.3g} m"
+    if max(travel) > MAX_TRAVEL_M:
+        return f"travel {max(travel):.3g} m"
+    return f"move at {speed:.3g} m/s" if speed > MAX_SPEED_M_S else ""
+
+
+def _check_limbs(clip: Clip, source: dict[str, int], world: Floats, positions: list[Floats], where: str) -> None:
+    """Raise UserError if a limb bends between the two joints that are mapped to the ends of its bone.
+
+    Joints along the bone that only twist it are allowed; a joint that bends it is the one that should be mapped.
+    """
+    ends = [(f"{side}_{part}", f"{side}_{child}") for side in ("left", "right") for part, child in rest.CHILD.items()]
+    for ours, child in ends:
+        if ours not in source or child not in source:
+            continue
+        joint, end = source[ours], source[child]
+        between = _between(clip.parents, joint, end)
+        if clip.offsets is not None:
+            position = rest.rest_positions(clip)
+            bone = np.einsum("tji,tj->ti", world[:, joint], positions[end] - positions[joint])
+            bend = _largest_angle_deg(bone, position[end] - position[joint])
+        elif between is None:
+            bend = 180.0
+        else:
+            turns = [rotation.angles_deg(clip.rotations[:, skipped]).max() for skipped in between]
+            bend = max(turns, default=0.0)
+        if bend > MAX_BEND_DEG:
+            name, end_name = clip.names[joint], clip.names[end]
+            skipped = ", ".join(f"'{clip.names[other]}'" for other in between or ())
+            what = f"{skipped}, which it skips, moves" if skipped else "a position channel moves"
+            bends = f"{what} '{end_name}' by up to {bend:.0f} degrees"
+            reason = f"does not carry '{end_name}' ({child})" if between is None else bends
+            raise UserError(f"{where}: '{name}' is mapped to {ours}, but {reason}; correct corpus.motion.joints")
+
+
+def _between(parents: tuple[int, ...], joint: int, end: int) -> list[int] | None:
+    """Return the joints between a joint and one of its descendants; None if ``end`` is not a descendant."""
+    path: list[int] = []
+    above = parents[end]
+    while above >= 0 and above != joint:
+        path.insert(0, above)
+        above = parents[above]
+    return path if above == joint else None
+
+
+def _largest_angle_deg(vectors: Floats, direction: Floats) -> float:
+    """Return the largest angle in degrees between ``vectors`` (T, 3) and ``direction`` (3,); 0 if one is zero."""
+    lengths = np.linalg.norm(vectors, axis=1) * np.linalg.norm(direction)
+    cosine = (vectors @ direction)[lengths > 0] / lengths[lengths > 0]
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1).min(initial=1.0))))
 
 
 def _check_stance(trunk: Floats, where: str) -> list[str]:

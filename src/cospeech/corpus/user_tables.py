@@ -24,6 +24,7 @@ from cospeech.data import segments, tables
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import delimited, plain_text
+from cospeech.formats.foreign import check_size
 from cospeech.motion import skeleton
 
 GRID_TOLERANCE = 0.01
@@ -74,10 +75,11 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = (), optional: t
 
     Raises
     ------
-    UserError : if the file is missing or damaged, lacks a column, or has a column in another unit.
+    UserError : if the file is missing, damaged or too large, lacks a column, or has a column in another unit.
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: no such file; correct the path")
+    check_size(Path(path).stat().st_size, str(path))
     frame = _read_csv(path, schema) if Path(path).suffix.lower() in (".csv", ".tsv") else _read_parquet(path, schema)
     table = tables.schema(schema)
     needed = [column.name for column in table.columns if not column.nullable and column.name not in optional]
@@ -135,6 +137,8 @@ def _read_csv(path: str | Path, schema: str) -> pd.DataFrame:
 
 def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
     try:
+        size = pq.read_metadata(path)
+        check_size(8 * size.num_rows * size.num_columns, str(path))
         arrow = pq.read_table(path, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:80]
@@ -146,7 +150,11 @@ def _read_parquet(path: str | Path, schema: str) -> pd.DataFrame:
         unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
         if column is not None and unit and unit != column.unit:
             raise UserError(f"{path}: column '{field.name}' is in '{unit}', expected '{column.unit}'; convert it")
-    return arrow.to_pandas(ignore_metadata=True)
+    try:
+        return arrow.to_pandas(ignore_metadata=True)
+    except ValueError as error:  # names and texts are decoded only now
+        reason = " ".join(str(error).split())[:80]
+        raise UserError(f"{path}: cannot be read as a table ({reason}); export it again") from error
 
 
 def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:

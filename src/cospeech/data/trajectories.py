@@ -16,16 +16,17 @@ AXES = ["x_m", "y_m", "z_m"]
 SEEN = ("seen", "corrected")
 """The statuses of positions that were measured and not predicted."""
 
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-"""The units of marker files in metres."""
-
 
 class Trajectories(NamedTuple):
-    """Markers of a file: names (M,), positions (T, M, 3) in metres, NaN where lost, and frames per second."""
+    """Markers of a file: names (M,), positions (T, M, 3) in metres, NaN where lost, and frames per second.
+
+    Names may occur more than once in files of other systems. ``notes`` say how a file was interpreted.
+    """
 
     names: tuple[str, ...]
     places_m: Floats
     fps: float
+    notes: tuple[str, ...] = ()
 
 
 def without_zeros(places_m: Floats) -> Floats:

@@ -3,25 +3,34 @@
 We write metres, y up, and the rotation order of our skeleton. The offset of the root is zero and its channels hold
 the position of the hips, so that programs that add the offset to the channels agree with those that do not. We read
 any hierarchy with one root and any order of channels. The format does not state unit and up axis: the user declares
-them.
+them. Where a file contradicts itself and its meaning is clear nevertheless, we read it and say so in the notes.
 """
 
 from __future__ import annotations
 
+import io
+import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from cospeech.data import tables
+from cospeech.data import frame_rates, tables
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
+from cospeech.formats import foreign
 from cospeech.geometry import rotation
 from cospeech.motion import skeleton
 
-SNAP = 1e-4
-"""A frame time within this relative distance of 1/N is a rounded 1/N, such as the common 0.033333."""
+LARGEST = 1e9
+"""Largest absolute value of an offset or a channel; larger ones are errors of the file."""
+
+STILL = 0.05
+"""Largest range of a joint's position channels, relative to its bone, at which they count as constant."""
+
+CHUNK = 1024
+"""Frames that are converted to numbers at once, to save memory."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,7 @@ class Clip:
     fps : frames per second.
     offsets : (J, 3) position of each joint in the frame of its parent at zero angles, or None if unknown.
     tips : by index of a joint, the end (3,) of a bone that has no further joint.
+    notes : how the file was interpreted where it contradicts itself.
     """
 
     names: tuple[str, ...]
@@ -46,6 +56,7 @@ class Clip:
     fps: float
     offsets: Floats | None = None
     tips: dict[int, Floats] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def write(motion: pd.DataFrame, path: str | Path, fps: float | None = None) -> None:
@@ -94,28 +105,33 @@ def read(path: str | Path) -> Clip:
     """Read a BVH file.
 
     The rotation order of each joint is that of its CHANNELS line. Joints without position channels are at their
-    offsets.
+    offsets. A joint whose offset is zero and whose position channels are constant has these as its offset.
 
     Raises
     ------
-    UserError : if the file is missing, empty, truncated or malformed; with the line number if it is known.
+    UserError : if the file is missing, empty, truncated, malformed or too large; with the line number if it is known.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
-    lines = text.splitlines()
-    if not text.strip() or text.split(maxsplit=1)[0] != "HIERARCHY":
+    content = foreign.read_bytes(path)
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        content = foreign.decode(content, path).encode()
+    if not content.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"HIERARCHY"):
         raise UserError(f"{path}: is not a BVH file (it does not begin with HIERARCHY); name a BVH file")
-    part = next((number for number, line in enumerate(lines) if line.split() == ["MOTION"]), None)
-    if part is None:
-        raise UserError(f"{path}: has no MOTION section; the file is truncated: copy or export it again")
+    if b"\n" not in content:
+        content = content.replace(b"\r", b"\n")
+    file = io.BytesIO(content)
     tree = _Tree(str(path))
-    for number, line in enumerate(lines[:part], start=1):
-        tree.take(line, number)
+    hierarchy: list[bytes] = []
+    for line in file:
+        if line.split() == [b"MOTION"]:
+            break
+        hierarchy.append(line)
+    else:
+        raise UserError(f"{path}: has no MOTION section; the file is truncated: copy or export it again")
+    for number, text in enumerate(foreign.decode(b"".join(hierarchy), path).split("\n"), start=1):
+        tree.take(text, number)
     tree.close()
-    values, fps = _motion(lines[part + 1 :], len(tree.channels), str(path))
-    return _clip(tree, values, fps)
+    values, fps, notes = _motion(file, len(tree.names), len(tree.channels), str(path))
+    return _clip(tree, values, fps, notes)
 
 
 class _Tree:
@@ -128,6 +144,7 @@ class _Tree:
         self.offsets: dict[int, Floats] = {}
         self.tips: dict[int, Floats] = {}
         self.channels: list[tuple[int, str]] = []
+        self.with_channels: set[int] = set()
         self.open: list[int] = []
         self.announced: int | None = None
         self.in_tip = False
@@ -135,6 +152,9 @@ class _Tree:
     def take(self, line: str, number: int) -> None:
         """Process one line."""
         words = line.split()
+        if len(words) > 1 and words[-1] == "{" and words[0] in ("ROOT", "JOINT", "End"):
+            self.take(" ".join(words[:-1]), number)
+            words = ["{"]
         place = f"{self.where}: line {number}"
         match words:
             case [] | ["HIERARCHY"]:
@@ -142,11 +162,9 @@ class _Tree:
             case ["ROOT" | "JOINT" as kind, _, *_]:
                 if (kind == "ROOT") != (not self.names) or (kind == "JOINT" and not self.open):
                     raise UserError(f"{place}: {kind} is out of place; a skeleton has one ROOT")
-                name = " ".join(words[1:])
-                if name in self.names:
-                    raise UserError(f"{place}: a second joint is called '{name}'; give each joint its own name")
                 self.announced = len(self.names)
-                self.names.append(name)
+                self.names.append(foreign.normalised(" ".join(words[1:])))
+                foreign.check_joint_frames(len(self.names), 0, self.where)
                 self.parents.append(self.open[-1] if self.open else -1)
             case ["End", *_] if self.open:
                 self.in_tip = True
@@ -175,17 +193,18 @@ class _Tree:
             raise UserError(
                 f"{place}: CHANNELS announces {count[:20]} and names {len(channels)}; export the file again"
             )
-        if any(joint == self.open[-1] for joint, _ in self.channels):
+        if self.open[-1] in self.with_channels:
             raise UserError(f"{place}: a second CHANNELS of '{self.names[self.open[-1]]}'; export the file again")
         known = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
         lower = [channel.lower() for channel in channels]
         if not set(lower) <= known or len(set(lower)) < len(lower):
             raise UserError(f"{place}: '{' '.join(channels)[:60]}' are not BVH channels; export the file again")
+        self.with_channels.add(self.open[-1])
         self.channels += [(self.open[-1], channel) for channel in lower]
 
     def close(self) -> None:
         """Check that the hierarchy is complete."""
-        if self.open or not self.names or len(self.offsets) < len(self.names):
+        if self.open or self.in_tip or not self.names or len(self.offsets) < len(self.names):
             raise UserError(f"{self.where}: the hierarchy is truncated; copy or export the file again")
 
 
@@ -194,45 +213,75 @@ def _triple(numbers: list[str], place: str) -> Floats:
         values = np.array(numbers, dtype=float)
     except ValueError:
         values = np.empty(0)
-    if values.shape != (3,) or not np.isfinite(values).all():
+    if values.shape != (3,) or not (np.abs(values) < LARGEST).all():
         raise UserError(f"{place}: OFFSET needs three numbers; export the file again")
     return values
 
 
-def _motion(lines: list[str], n_channels: int, where: str) -> tuple[Floats, float]:
-    """Return the channel values (T, C) and the frame rate of the lines after MOTION."""
-    filled = [line for line in lines if line.strip()]
-    try:
-        frames_line, time_line = filled[0].split(":"), filled[1].split(":")
-        if frames_line[0].strip() != "Frames" or time_line[0].split() != ["Frame", "Time"]:
-            raise ValueError
-        n_frames, frame_s = int(frames_line[1]), float(time_line[1])
-    except (IndexError, ValueError):
-        raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; export it again") from None
-    if not 0.001 <= frame_s <= 1.0:
-        raise UserError(f"{where}: a frame time of {frame_s} s; BVH needs seconds per frame, such as 0.05")
-    rows = [line.split() for line in filled[2:]]
-    if len(rows) != n_frames or n_frames == 0:
-        raise UserError(
-            f"{where}: announces {n_frames} frames and holds {len(rows)}: empty or truncated; copy it again"
-        )
-    for frame, row in enumerate(rows):
+def _motion(file: io.BytesIO, n_joints: int, n_channels: int, where: str) -> tuple[Floats, float, list[str]]:
+    """Return the channel values (T, C), the frame rate and notes of the lines after MOTION."""
+    filled = (line for line in file if line.strip())
+    frames_line, time_line = (next(filled, b"").decode(errors="replace").split(":") for _ in range(2))
+    n_frames = frames_line[1].strip() if frames_line[0].strip() == "Frames" and len(frames_line) == 2 else ""
+    if not n_frames.isdecimal() or time_line[0].split() != ["Frame", "Time"] or len(time_line) != 2:
+        raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; export it again")
+    fps, notes = frame_rates.from_frame_time(time_line[1], where)
+    announced = int(n_frames[:18])
+    chunks: list[Floats] = []
+    rows: list[list[bytes]] = []
+    count = 0
+    for line in filled:
+        row = line.split()
         if len(row) != n_channels:
-            raise UserError(f"{where}: frame {frame} has {len(row)} of {n_channels} values; copy the file again")
+            hint = "export the file again" if file.read().strip() else "the file is truncated: copy it again"
+            raise UserError(f"{where}: frame {count} has {len(row)} of {n_channels} values; {hint}")
+        count += 1
+        rows.append(row)
+        if len(rows) == CHUNK:
+            foreign.check_joint_frames(n_joints, count, where)
+            chunks.append(_numbers(rows, n_channels, count - len(rows), where))
+            rows = []
+    if count < announced or count == 0:
+        raise UserError(
+            f"{where}: announces {announced} frames and holds {count}: empty or truncated; copy or export it again"
+        )
+    if count > announced + 1:
+        raise UserError(f"{where}: announces {announced} frames and holds more, {count}; correct 'Frames:'")
+    if count > announced:
+        notes = [*notes, f"the file holds one frame more than the {announced} that it announces; all were read"]
+    foreign.check_joint_frames(n_joints, count, where)
+    return np.concatenate([*chunks, _numbers(rows, n_channels, count - len(rows), where)]), fps, notes
+
+
+def _numbers(rows: list[list[bytes]], n_channels: int, first: int, where: str) -> Floats:
+    """Return the values (T, C) of consecutive frames from ``first`` on."""
+    words = itertools.chain.from_iterable(rows)
     try:
-        values = np.array(rows, dtype=float)
-    except ValueError as error:
-        raise UserError(f"{where}: the motion has values that are not numbers ({str(error)[:60]})") from None
-    rate = round(1 / frame_s)
-    return values, float(rate) if abs(rate * frame_s - 1) < SNAP else 1 / frame_s
+        return np.fromiter(map(float, words), float, len(rows) * n_channels).reshape(len(rows), n_channels)
+    except ValueError:
+        for frame, row in enumerate(rows, start=first):
+            for word in row:
+                try:
+                    float(word)
+                except ValueError:
+                    text = word.decode(errors="replace")[:20]
+                    hint = "write decimal points" if "," in text else "correct it, or export the file again"
+                    raise UserError(f"{where}: frame {frame}: '{text}' is not a number; {hint}") from None
+        raise
 
 
-def _clip(tree: _Tree, values: Floats, fps: float) -> Clip:
+def _clip(tree: _Tree, values: Floats, fps: float, notes: list[str]) -> Clip:
     missing = np.argwhere(~np.isfinite(values))
     if len(missing):
         frame, column = missing[0]
         joint = tree.names[tree.channels[column][0]]
         raise UserError(f"{tree.where}: joint '{joint}' is missing (NaN) in frame {frame}; fill or cut the gap")
+    if np.abs(values).max(initial=0.0) > LARGEST:
+        frame, column = np.argwhere(np.abs(values) > LARGEST)[0]
+        joint = tree.names[tree.channels[column][0]]
+        raise UserError(
+            f"{tree.where}: joint '{joint}' has the value {values[frame, column]:g} in frame {frame}; correct it"
+        )
     offsets = np.array([tree.offsets[joint] for joint in range(len(tree.names))])
     rotations = np.broadcast_to(np.eye(3), (len(values), len(tree.names), 3, 3)).copy()
     places = {0: np.tile(offsets[0], (len(values), 1))}
@@ -246,4 +295,27 @@ def _clip(tree: _Tree, values: Floats, fps: float) -> Clip:
     for joint, columns in turns.items():
         order = "".join(tree.channels[column][1][0].upper() for column in columns)
         rotations[:, joint] = rotation.from_euler(order, values[:, columns])
-    return Clip(tuple(tree.names), tuple(tree.parents), rotations, places, fps, offsets, tree.tips)
+    unused = [joint for joint, place in places.items() if joint > 0 and offsets[joint].any() and not place.any()]
+    for joint in unused:
+        del places[joint]  # a bone without length: the channels are relative to the offset
+    if unused:
+        notes = [*notes, f"position channels of {len(unused)} joints are zero; their offsets were used"]
+    offsets, read = _offsets_from_channels(offsets, places, tree.where)
+    if read:
+        notes = [*notes, f"offsets of {read} joints, zero in the file, read from their position channels"]
+    return Clip(tuple(tree.names), tuple(tree.parents), rotations, places, fps, offsets, tree.tips, tuple(notes))
+
+
+def _offsets_from_channels(offsets: Floats, places: dict[int, Floats], where: str) -> tuple[Floats, int]:
+    """Return the offsets with those that are zero replaced by constant position channels, and how many were."""
+    offsets, read = offsets.copy(), 0
+    for joint, place in places.items():
+        middle = (place.min(axis=0) + place.max(axis=0)) / 2
+        moves = np.linalg.norm(np.ptp(place, axis=0)) > STILL * np.linalg.norm(middle)
+        if joint > 0 and not offsets[joint].any() and middle.any() and not moves:
+            offsets[joint], read = middle, read + 1
+    if len(offsets) > 1 and not offsets[1:].any():
+        raise UserError(
+            f"{where}: the offsets of all joints are zero, so the bones have no lengths; export it with its rest pose"
+        )
+    return offsets, read

@@ -22,7 +22,7 @@ def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
     UserError : if the video cannot be read.
     """
     try:
-        with av.open(str(path)) as container:
+        with av.open(str(path), metadata_errors="replace") as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             reformatter = VideoReformatter()
@@ -40,7 +40,7 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
     UserError : if the video cannot be read, or has fewer frames.
     """
     try:
-        with av.open(str(path)) as container:
+        with av.open(str(path), metadata_errors="replace") as container:
             stream = container.streams.video[0]
             if stream.codec_context.codec.intra_only:  # frames are independent: decode only these
                 packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)

@@ -3,19 +3,22 @@
 Five header lines (path, names and values of fields, names of markers, names of coordinates) are followed by one line
 per frame: its number, its time, and x, y, z of each marker. The fields of a lost marker are empty; on reading, "nan"
 and three exact zeros, which other programs write, also mean lost. Commas instead of tabs, as spreadsheets save them,
-are accepted.
+and spaces, as editors leave them, are accepted.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from cospeech.data import tables
+from cospeech.data import frame_rates, tables, units
 from cospeech.data.arrays import Floats
-from cospeech.data.trajectories import METRES, Trajectories, without_zeros
+from cospeech.data.trajectories import Trajectories, without_zeros
+from cospeech.data.units import METRES
 from cospeech.errors import UserError
+from cospeech.formats import foreign
 
 FIELDS = (
     "DataRate",
@@ -29,7 +32,12 @@ FIELDS = (
 )
 
 LATE, DRIFT = 0.1, 0.001
-"""Tolerance of the time of a frame: in frames, and in frames per frame before it (29.97 Hz called 30)."""
+"""Tolerance of the time of a frame: in frames, and in frames per frame before it (29.97 Hz called 30).
+
+One unit of the last digit of the times is added, as they may be rounded to two decimals.
+"""
+
+MAX_FPS = 10000.0
 
 
 def write(trajectories: Trajectories, path: str | Path) -> None:
@@ -39,7 +47,7 @@ def write(trajectories: Trajectories, path: str | Path) -> None:
     ------
     UserError : if the name of a marker is empty or contains a tab or a line break.
     """
-    names, places, fps = trajectories
+    names, places, fps = trajectories[:3]
     for name in names:
         if not name or name != " ".join(name.split()):
             raise UserError(f"{path}: a TRC file cannot hold the marker name {name!r}; rename the marker")
@@ -58,74 +66,120 @@ def write(trajectories: Trajectories, path: str | Path) -> None:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
-def read(path: str | Path) -> Trajectories:
+def read(path: str | Path, unit: str | float | None = None) -> Trajectories:
     """Read a TRC file; positions in metres, NaN where a marker is lost.
+
+    Parameters
+    ----------
+    path : the file.
+    unit : unit of the positions, as in ``units.METRES`` or in metres; None: as the file says.
 
     Raises
     ------
-    UserError : if the file is missing, truncated or malformed, if its unit is unknown, or if its frames are not
-        consecutive.
+    UserError : if the file is missing, truncated, malformed or too large, if its unit is unknown, or if its frames
+        are not consecutive.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+    text = foreign.decode(foreign.read_bytes(path), path)
     lines = text.splitlines()
     if not text.startswith("PathFileType"):
         raise UserError(f"{path}: is not a TRC file (it does not begin with PathFileType); name a TRC file")
     if len(lines) < 6:
         raise UserError(f"{path}: is truncated in its header; copy or export it again")
-    mark = "\t" if "\t" in lines[0] else ","
-    fps, n_frames, n_markers, metres = _header(lines[1].split(mark), lines[2].split(mark), str(path))
-    names = _names(lines[3].split(mark), n_markers, str(path))
+    given = dict(zip(map(str.strip, _fields(lines[1])), map(str.strip, _fields(lines[2])), strict=False))
+    stated_fps, announced, n_markers = _header(given, str(path))
+    metres, notes = _metres(given.get("Units", ""), unit, str(path))
+    names = _names(lines[3], n_markers, str(path))
     filled = [(number, line) for number, line in enumerate(lines[5:], start=6) if line.strip(" \t,")]
-    if len(filled) != n_frames:
+    n_frames = len(filled)
+    if n_frames < announced:
         raise UserError(
-            f"{path}: announces {n_frames} frames and holds {len(filled)}: empty or truncated; copy it again"
+            f"{path}: announces {announced} frames and holds {n_frames}: empty or truncated; copy or export it again"
         )
-    rows = np.array([_row(line.split(mark), 2 + 3 * n_markers, f"{path}: line {number}") for number, line in filled])
-    _check_times(rows[:, 0], rows[:, 1], fps, str(path))
+    if n_frames > announced + 1:
+        raise UserError(
+            f"{path}: announces {announced} frames and holds more, {n_frames}; correct NumFrames in line 3"
+        )
+    if n_frames > announced:
+        notes.append(f"the file holds one frame more than the {announced} that it announces; all were read")
+    rows, step_s = np.empty((n_frames, 2 + 3 * n_markers)), 1.0
+    for row, (number, line) in enumerate(filled):
+        fields = _row(line, rows.shape[1], f"{path}: line {number}")
+        rows[row] = _numbers(fields, f"{path}: line {number}")
+        step_s = min(step_s, 10.0 ** -len(fields[1].strip().partition(".")[2]))
+    fps, rounded = _frame_rate(rows[:, 0], rows[:, 1], stated_fps, step_s, str(path))
     places = rows[:, 2:].reshape(n_frames, n_markers, 3) * metres
-    return Trajectories(names, without_zeros(places), fps)
+    return Trajectories(names, without_zeros(places), fps, (*notes, *rounded))
 
 
-def _header(fields: list[str], values: list[str], where: str) -> tuple[float, int, int, float]:
-    """Return the frame rate, the numbers of frames and markers, and the unit in metres."""
-    given = dict(zip((field.strip() for field in fields), (value.strip() for value in values), strict=False))
+def _fields(line: str) -> list[str]:
+    """Return the fields of a line, which are separated by tabs, by commas, or by spaces."""
+    return line.split("\t") if "\t" in line else line.split(",") if "," in line else line.split()
+
+
+def _header(given: dict[str, str], where: str) -> tuple[float, int, int]:
+    """Return the frame rate and the numbers of frames and markers."""
     try:
         fps, n_frames, n_markers = float(given["DataRate"]), int(given["NumFrames"]), int(given["NumMarkers"])
     except (KeyError, ValueError):
         raise UserError(
             f"{where}: lines 2 and 3 do not say DataRate, NumFrames, NumMarkers; export it again"
         ) from None
-    if not (1.0 <= fps <= 10000.0 and n_frames > 0 and n_markers > 0):
+    if not (1.0 <= fps <= MAX_FPS and n_frames > 0 and n_markers > 0):
         raise UserError(f"{where}: {n_frames} frames of {n_markers} markers at {fps:g} Hz; export it again")
-    unit = given.get("Units", "")
-    if unit not in METRES:
-        raise UserError(f"{where}: unknown unit '{unit[:20]}'; set Units in line 3 to one of {', '.join(METRES)}")
-    return fps, n_frames, n_markers, METRES[unit]
+    return fps, n_frames, n_markers
 
 
-def _names(fields: list[str], n_markers: int, where: str) -> tuple[str, ...]:
-    names = tuple(field.strip() for field in fields[2 : 2 + 3 * n_markers : 3])
-    spare = [field.strip() for index, field in enumerate(fields[2:]) if index % 3 or index >= 3 * n_markers]
+def _metres(stated: str, declared: str | float | None, where: str) -> tuple[float, list[str]]:
+    """Return the unit in metres, and a note if the declared unit replaces that of the file."""
+    if declared is not None:
+        return units.metres_per_unit(declared), units.replaced(stated, declared)
+    if stated.lower() not in METRES:
+        raise UserError(
+            f"{where}: unknown unit '{stated[:20]}'; set Units in line 3 to one of {', '.join(METRES)}, or state it "
+            "in corpus.markers.unit"
+        )
+    return METRES[stated.lower()], []
+
+
+def _names(line: str, n_markers: int, where: str) -> tuple[str, ...]:
+    fields = _fields(line)
+    if "\t" in line or "," in line:
+        names = tuple(map(foreign.normalised, fields[2 : 2 + 3 * n_markers : 3]))
+        spare = [field.strip() for index, field in enumerate(fields[2:]) if index % 3 or index >= 3 * n_markers]
+    else:  # a name may contain single spaces if more of them separate it from the next
+        if len(fields) != 2 + n_markers:
+            fields = re.split(r" {2,}", line.strip())
+        if len(fields) == 1 + n_markers:
+            fields = [*fields[0].split(maxsplit=1), *fields[1:]]
+        if len(fields) == 1 + n_markers:
+            fields = [fields[0], *fields[1].split(maxsplit=1), *fields[2:]]
+        names, spare = tuple(map(foreign.normalised, fields[2 : 2 + n_markers])), fields[2 + n_markers :]
     if len(names) != n_markers or not all(names) or any(spare):
         raise UserError(
             f"{where}: line 4 does not name {n_markers} markers, each over three columns; export it again"
         )
-    for name in names:
-        if names.count(name) > 1:
-            raise UserError(f"{where}: two markers are called '{name}'; give each marker its own name")
     return names
 
 
-def _row(fields: list[str], n_fields: int, where: str) -> list[float]:
-    """Return the numbers of one line, NaN for empty fields."""
+def _row(line: str, n_fields: int, where: str) -> list[str]:
+    """Return the fields of one frame, with empty ones at its end if the line is shorter."""
+    fields = _fields(line)
+    if "\t" not in line and "," not in line and len(fields) != n_fields:
+        fields = line.split(" ")  # each tab was replaced by one space, and some fields are empty
+        if not n_fields <= len(fields) <= n_fields + 1:
+            raise UserError(
+                f"{where}: has {len(line.split())} of {n_fields} values, separated by spaces; export it with tabs, "
+                "so that the fields of lost markers can be recognised"
+            )
     if any(field.strip() for field in fields[n_fields:]):
         raise UserError(f"{where}: has more than {n_fields} values; copy or export the file again")
-    padded = fields[:n_fields] + [""] * (n_fields - len(fields))
+    return fields[:n_fields] + [""] * (n_fields - len(fields))
+
+
+def _numbers(fields: list[str], where: str) -> Floats:
+    """Return the numbers of one line, NaN for empty fields."""
     try:
-        numbers = [float(field) if field.strip() else np.nan for field in padded]
+        numbers = np.array([float(field) if field.strip() else np.nan for field in fields])
     except ValueError as error:
         raise UserError(f"{where}: has a value that is not a number ({str(error)[:60]}); correct it") from None
     if np.isinf(numbers).any():
@@ -133,15 +187,38 @@ def _row(fields: list[str], n_fields: int, where: str) -> list[float]:
     return numbers
 
 
-def _check_times(frames: Floats, times_s: Floats, fps: float, where: str) -> None:
+def _frame_rate(frames: Floats, times_s: Floats, stated: float, step_s: float, where: str) -> tuple[float, list[str]]:
+    """Return the frame rate after a check that frames and times agree with the stated one, and notes.
+
+    A stated whole number is often the rounded rate of television (29.97, 59.94); then the times tell.
+
+    Parameters
+    ----------
+    frames, times_s : (T,) number and time of each frame.
+    stated : DataRate of the header.
+    step_s : one unit of the last digit of the times.
+    where : name of the file for error messages.
+    """
     wrong = np.flatnonzero(np.diff(frames) != 1)
     if np.isnan(frames).any() or len(wrong):
         row = int(np.flatnonzero(np.isnan(frames))[0] if np.isnan(frames).any() else wrong[0] + 1)
         raise UserError(
             f"{where}: frame {row} (from 0) is not numbered one more than the one before; export it again"
         )
-    count = np.arange(len(times_s))
-    off = np.flatnonzero(~(np.abs((times_s - times_s[0]) * fps - count) <= LATE + DRIFT * count))
+    if np.isnan(times_s).any():
+        row = int(np.flatnonzero(np.isnan(times_s))[0])
+        raise UserError(f"{where}: frame {row} (from 0) has no time; export it again")
+    count, elapsed_s = np.arange(len(times_s)), times_s - times_s[0]
+    measured = (len(times_s) - 1) / elapsed_s[-1] if elapsed_s[-1] > 0 else np.nan
+    off = np.flatnonzero(~(np.abs(elapsed_s * stated - count) <= LATE + DRIFT * count + step_s * stated))
     if len(off):
         row = int(off[0])
-        raise UserError(f"{where}: the time of frame {row} (from 0) contradicts {fps:g} Hz; correct DataRate")
+        raise UserError(
+            f"{where}: the time of frame {row} (from 0) contradicts {stated:g} Hz; correct DataRate or the times, "
+            f"which run at {measured:.4g} Hz"
+        )
+    for rate in frame_rates.NTSC:
+        precise = step_s / elapsed_s[-1] < DRIFT / 4 if elapsed_s[-1] > 0 else False
+        if precise and round(rate) == stated and abs(measured / rate - 1) < DRIFT / 4:
+            return rate, [f"frame rate {stated:g} in the file taken as {rate:g}, at which its times run"]
+    return stated, []

@@ -19,10 +19,11 @@ from cospeech.capture.tracking import detections
 from cospeech.data import trajectories
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-from cospeech.formats import c3d, trc
+from cospeech.formats import c3d, foreign, trc
 from cospeech.motion.markers import NAMES
 
-READERS: dict[str, Callable[[str | Path], trajectories.Trajectories]] = {".c3d": c3d.read, ".trc": trc.read}
+Reader = Callable[[str | Path, str | float | None], trajectories.Trajectories]
+READERS: dict[str, Reader] = {".c3d": c3d.read, ".trc": trc.read}
 """Reader of each file format, by suffix."""
 
 DIRECTIONS = {f"{sign}{axis}": number * np.eye(3)["xyz".index(axis)] for sign, number in (("", 1.0), ("-", -1.0))
@@ -37,6 +38,8 @@ def read(
     facing: str,
     longest_hidden_s: float,
     static: tuple[str, float] | None = None,
+    unit: str | float | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> pd.DataFrame:
     """Return the ``markers_3d`` table of a C3D or TRC file, with all of ``markers.NAMES``.
 
@@ -48,19 +51,29 @@ def read(
     up, facing : the axis of the file that points up, and the one in which the actor faces: x, y, z, -x, -y or -z.
     longest_hidden_s : longest gap to fill, unless a rigid body part determines the position.
     static : pose (see ``stance``) and duration in seconds of the static pose, for a range-of-motion take.
+    unit : unit of the positions, as in ``units.METRES`` or in metres; None: as the file says.
+    report : receives the notes on how the file was interpreted.
 
     Raises
     ------
-    UserError : if the format is unknown or the file is damaged, if a mapped marker is missing or never visible, if
-        the axes do not define a frame, or if the markers contradict the unit, axes, names or static pose.
+    UserError : if the format is unknown or the file is damaged, if a mapped marker is missing, ambiguous or never
+        visible, if the axes do not define a frame, or if the markers contradict the unit, axes, names or static pose.
     """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise UserError(f"{path}: unknown marker file format; convert it to one of {', '.join(READERS)}")
-    held = reader(path)
+    held = reader(path, unit)
+    if report:
+        for note in held.notes:
+            report(f"{path}: {note}")
     turn = world_rotation(up, facing)
     places = np.full((len(held.places_m), len(NAMES), 3), np.nan)
-    for ours, theirs in names.items():
+    for ours, theirs in ((ours, foreign.normalised(theirs)) for ours, theirs in names.items()):
+        if held.names.count(theirs) > 1:
+            raise UserError(
+                f"{path}: {held.names.count(theirs)} markers are called '{theirs}' (mapped to {ours}); give each its "
+                "own name"
+            )
         if theirs not in held.names:
             near = difflib.get_close_matches(theirs, held.names, n=1, cutoff=0.0)
             raise UserError(f"{path}: no marker '{theirs}' (mapped to {ours}); did you mean '{near[0]}'?")

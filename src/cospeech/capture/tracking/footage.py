@@ -76,7 +76,7 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
     if not path.is_file():
         raise UserError(f"{path}: no such file; every camera of the rig needs one")
     try:
-        with av.open(path) as container:
+        with av.open(path, metadata_errors="replace") as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
@@ -247,7 +247,7 @@ def _luma(frame: av.VideoFrame) -> Plane:
 def _decoded(film: Film) -> Generator[av.VideoFrame]:
     n_combed = 0
     try:
-        with av.open(film.path) as container:
+        with av.open(film.path, metadata_errors="replace") as container:
             container.streams.video[0].thread_type = "NONE"
             for number, frame in enumerate(islice(container.decode(video=0), film.first, None)):
                 if number % COMB_STEP == 0:

@@ -65,7 +65,7 @@ class Lag(NamedTuple):
 def read_sound(path: str | Path) -> Samples:
     """Return the sound of a film from its first frame, or of an audio file; mono at ``RATE_HZ``, empty if silent."""
     try:
-        with av.open(str(path)) as container:
+        with av.open(str(path), metadata_errors="replace") as container:
             if not container.streams.audio:
                 return np.empty(0, dtype=np.float32)
             resampler = av.AudioResampler(format="flt", layout="mono", rate=RATE_HZ)
