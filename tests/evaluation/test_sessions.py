@@ -18,12 +18,12 @@ MAIN = "clusters~8,states~3"
 
 def row(
     system, actor, record, measure, value,
-    duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", variant=MAIN, phrases="planned",
+    duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", variant=MAIN, phrases="planned", draw=0,
 ):  # fmt: skip
     return {
         "system": system, "variant": variant, "actor": actor, "record": record, "phrases": phrases,
         "measure": measure, "part": part, "gesture": gesture, "bin_s": bin_s, "value": value,
-        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s,
+        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s, "draw": draw,
     }  # fmt: skip
 
 

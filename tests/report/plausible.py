@@ -107,7 +107,7 @@ def record_scores() -> pd.DataFrame:
     rows = []
 
     def add(system: str, variant: str, record: str, table: pd.DataFrame, phrases: str = "planned") -> None:
-        origin = {"system": system, "variant": variant, "phrases": phrases}
+        origin = {"system": system, "variant": variant, "phrases": phrases, "draw": 0}
         found = scores.record_scores(actual[record], scores.phrases(table, RULES), RULES)
         rows.extend(origin | {"actor": ACTORS[record], "record": record} | row for row in found)
 

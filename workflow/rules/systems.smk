@@ -69,6 +69,13 @@ SHOWN = [
 # The phrases of all systems that share a job. This table is declared as an output of the job, and so are the phrases of
 # the systems that are animated; each declared file adds a tenth to the planning time of a job.
 PLANNED = f"{RESULTS}/evaluation/planned/{{record}}.parquet"
+
+
+def planned_apart(system):
+    """The phrases of a system of another package and of its controls, with all draws of these."""
+    return f"{RESULTS}/evaluation/planned/{system}/{{record}}.parquet"
+
+
 WRITTEN_WITH = {
     made_by(system, "phrases.parquet").format(record=record): PLANNED.format(record=record)
     for system in makers(TOGETHER, "phrases")
