@@ -194,7 +194,11 @@ def records() -> pd.DataFrame:
         [
             {"actor": actor, "record": record, "scenario": scenarios[place % 4], "language": "Turkish"}
             | {"motion_source": "bvh", "motion_fps": 20.0, "audio_rate_hz": 16000.0, "duration_s": DURATION_S}
-            | {"motion_path": f"{record}.bvh", "audio_path": f"{record}.wav", "note": None}
+            | {
+                "motion_path": f"{record}.bvh",
+                "audio_path": f"{record}.wav",
+                "note": "mixed down to <mono>" if place else None,
+            }
             for place, (record, actor) in enumerate(ACTORS.items())
         ]
     )

@@ -35,7 +35,10 @@ def scores(coupling):
     found = {}
     for record in actor.records:
         training, streams = fold(actor, record, gestures, prosody)
-        session, driving = Session(training, SETTINGS, {}), Driving(streams, record, FRAME_S, SEED, Wrong(5.0, 3.0, 1.5))
+        session, driving = (
+            Session(training, SETTINGS, {}),
+            Driving(streams, record, FRAME_S, SEED, Wrong(5.0, 3.0, 1.5)),
+        )
         actual = gestures[gestures["record"] == record]
         for name, system in COMPARED.items():
             drawn = []

@@ -203,7 +203,9 @@ def test_tables_of_a_model_are_those_that_it_declares():
 def test_the_toys_do_what_they_say(one_fold, packages):
     packages.install_toy()
     session, driving = one_fold.session(), one_fold.driving()
-    made = {name: session.attempt(installed(name), driving)[0] for name in all_systems("toy-gestures") if "toy_" in name}
+    made = {
+        name: session.attempt(installed(name), driving)[0] for name in all_systems("toy-gestures") if "toy_" in name
+    }
     assert [one.decoding["failure"].iloc[0] for one in made.values()] == [None] * len(made)
     durations = np.diff(made["toy_habits"].phrases[["start_s", "end_s"]].to_numpy())
     assert (durations[:-1] >= 0.5).all()

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from cospeech.data import segments
 from cospeech.errors import UserError
+from cospeech.synthesis.declaration import shortest_shifted_s
 from cospeech.synthesis.speech import Streams, Wrong, driving_speeches, frame_labels
 
 FRAME_S = 0.025
@@ -158,7 +159,7 @@ def test_every_other_record_and_many_shifts_are_drawn_first_for_some_seed():
 
 def test_a_record_too_short_to_be_shifted_is_left_out():
     wrong = Wrong(5.0, 3.0, 1.5)
-    assert wrong.shortest_s == 14.5
+    assert shortest_shifted_s(*wrong) == 14.5
     every = streams(a=579, b=580)
     assert of_draws(every, "a", "shifted", 0, wrong) == []
     [speech] = of_draws(every, "b", "shifted", 0, wrong, draws=8)

@@ -80,6 +80,9 @@ rule records:
         records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
     output:
         records=f"{RESULTS}/corpus/records.parquet",
+    params:
+        shortest_s=SHORTEST_S,
+        shift_s=SYNTHESIS["shift_s"],
     message:
         "table of records"
     script:

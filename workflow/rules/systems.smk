@@ -2,7 +2,7 @@
 
 # ORIGINAL is not a system, but the record's own motion, labelled like that of the systems. It is the best that a system
 # can reach where it is judged by its motion.
-from cospeech.synthesis.declaration import ORIGINAL
+from cospeech.synthesis.declaration import ORIGINAL, shortest_shifted_s
 
 SYNTHESIS = config["synthesis"]
 ANIMATION = config["animation"]
@@ -41,6 +41,13 @@ def shown_phrases(system):
 TOGETHER = [name for name in SYSTEMS if not CHOSEN.apart(name)]
 APART = [name for name, system in SYSTEMS.items() if CHOSEN.apart(name) and system.drive == "own"]
 SWEPT = [name for name in TOGETHER if SYSTEMS[name].swept and SYSTEMS[name].drive == "own"]
+
+# The duration of the shortest record that can be driven by its own speech at another moment. Prosody frames of sound end
+# where their windows end.
+SHORTEST_S = None
+if any(system.drive == "shifted" for system in SYSTEMS.values()):
+    SHORTEST_S = shortest_shifted_s(SYNTHESIS["shift_s"], **config["evaluation"]["interior"])
+    SHORTEST_S += config["speech"]["window_s"] - config["speech"]["frame_s"] if "audio" in BRINGS else 0.0
 
 # The systems that are animated: those of the configuration, and all that make motion.
 ANIMATED = [name for name in SYSTEMS if name in ANIMATION["systems"] or SYSTEMS[name].makes == "motion"]

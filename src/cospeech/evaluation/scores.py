@@ -84,9 +84,7 @@ def planned(tables: Iterable[pd.DataFrame]) -> dict[Scored, pd.DataFrame]:
     return {
         Scored(str(system), str(variant), str(record), "planned", int(draw)): own
         for table in tables
-        for (system, variant, record, draw), own in table.groupby(
-            ["system", "variant", "record", "draw"], sort=False
-        )
+        for (system, variant, record, draw), own in table.groupby(["system", "variant", "record", "draw"], sort=False)
     }
 
 

@@ -111,9 +111,7 @@ def interval(
     return low, high
 
 
-def p_values(
-    differences: Floats, samples: Floats, n_records: npt.ArrayLike, n_strata: npt.ArrayLike
-) -> Floats:
+def p_values(differences: Floats, samples: Floats, n_records: npt.ArrayLike, n_strata: npt.ArrayLike) -> Floats:
     """Return two-sided p-values of the hypothesis that each difference is 0, (G,).
 
     They are those of a t test with the bootstrap standard error, with the same correction for few records as in

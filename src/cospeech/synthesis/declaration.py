@@ -36,6 +36,11 @@ WRONG_SPEECH: dict[Drive, str] = {
 }
 
 
+def shortest_shifted_s(shift_s: float, head_s: float, tail_s: float) -> float:
+    """Return the duration of the shortest speech whose interior can be shifted by ``shift_s`` in either direction."""
+    return 2 * shift_s + head_s + tail_s
+
+
 class DeclarationError(ValueError):
     """What a system says about itself is impossible."""
 

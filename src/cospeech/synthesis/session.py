@@ -55,9 +55,7 @@ class Driving(NamedTuple):
         drawn = driving_speeches(
             self.streams, self.record, self.frame_s, system.drive, self.seed, self.wrong, system.draws
         )
-        return [
-            replace(speech, motion_fps=self.motion_fps, n_motion_frames=self.n_motion_frames) for speech in drawn
-        ]
+        return [replace(speech, motion_fps=self.motion_fps, n_motion_frames=self.n_motion_frames) for speech in drawn]
 
 
 def method_of(system: System) -> Method:

@@ -56,11 +56,6 @@ class Wrong(NamedTuple):
     head_s: float = 0.0
     tail_s: float = 0.0
 
-    @property
-    def shortest_s(self) -> float:
-        """Duration of the shortest record whose own speech can be shifted."""
-        return 2 * self.shift_s + self.head_s + self.tail_s
-
 
 class Source(NamedTuple):
     """Where driving speech comes from: a record, its frames (T,), and the shift of its interior in seconds."""
