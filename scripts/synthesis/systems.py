@@ -1,4 +1,4 @@
-"""Gesture phrases, or motion, of one record by several systems; a control that depends on chance draws them repeatedly.
+"""Gesture phrases, or motion, of one record by several systems; controls that depend on chance draw repeatedly.
 
 The phrases or the motion in the folder of a system are those of its first draw; they are empty if a matched control
 leaves the record out. The phrases of all draws are in the table of planned phrases.

@@ -61,7 +61,7 @@ def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
     [
         (
             ((0.1, 0.3), (0.2, 0.4)),
-            "picks gestures better than the same system driven by another record's speech or its own speech, shifted.",
+            "picks gestures better than the same system driven by another record's speech or its own speech, shifted",
         ),
         (
             ((0.1, 0.3), (-0.1, 0.2)),

@@ -61,11 +61,11 @@ def said(config, records, annotations):
 @pytest.mark.parametrize(
     ("config", "records", "annotations", "says", "silent"),
     [
-        (CONFIG, RECORDS, PERSON, "from examples: 2 labelled by a person. The actual phrases, with which scores compare, "
-         "were found by a program", ("rules", "delivered")),
+        (CONFIG, RECORDS, PERSON, "from examples: 2 labelled by a person. The actual phrases, with which scores "
+         "compare, were found by a program", ("rules", "delivered")),
         (RULES, RECORDS, NOBODY, "from examples that rules proposed from the joint angles.", ("delivered",)),
         (RULES, RECORDS, PERSON, "2 labelled by a person.", ("rules",)),
-        (RULES, RECORDS, PERSON[:1], "1 labelled by a person. Where an actor had none of a class, rules proposed", ()),
+        (RULES, RECORDS, PERSON[:1], "1 labelled by a person. Where an actor had none of a class, rules", ()),
         (CONFIG, DELIVERED, NOBODY, "The actual phrases, with which scores compare, were delivered",
          ("program", "learned")),
         (CONFIG, MIXED, PERSON, "The actual phrases of b, with which scores compare, were delivered", ()),

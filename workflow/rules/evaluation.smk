@@ -20,9 +20,7 @@ rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
         planned=[
-            path
-            for table in [PLANNED, *map(planned_apart, PLANNED_APART)]
-            for path in expand(table, record=RECORDS)
+            path for table in [PLANNED, *map(planned_apart, PLANNED_APART)] for path in expand(table, record=RECORDS)
         ],
         swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
         seen=[path for system in SEEN for path in expand(made_by(system, "phrases_seen.parquet"), record=RECORDS)],

@@ -81,11 +81,12 @@ class Scored(NamedTuple):
 
 def planned(tables: Iterable[pd.DataFrame]) -> dict[Scored, pd.DataFrame]:
     """Return the phrases of each system, variant, record and draw in tables of schema ``planned_phrases``."""
-    return {
-        Scored(str(system), str(variant), str(record), "planned", int(draw)): own
-        for table in tables
-        for (system, variant, record, draw), own in table.groupby(["system", "variant", "record", "draw"], sort=False)
-    }
+    found = {}
+    for table in tables:
+        for key, own in table.groupby(["system", "variant", "record", "draw"], sort=False):
+            system, variant, record, draw = key
+            found[Scored(str(system), str(variant), str(record), "planned", int(str(draw)))] = own
+    return found
 
 
 def table(
@@ -128,9 +129,9 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
 
     The *whole* is the whole record: every phrase, and every boundary, including the one at 0, as in the thesis. The
     *interior* leaves out the first ``head_s`` and the last ``tail_s``, where records resemble one another whatever
-    is said. It consists of the durations of phrases that lie in it completely, the boundaries in it, and the frames in
-    it. A boundary in the interior is still compared with the nearest actual boundary anywhere, except for the trivial
-    one at 0. If the sequences differ in length, the actual one is cut, or its last phrase is prolonged.
+    is said. It consists of the durations of phrases that lie in it completely, the boundaries in it, and the frames
+    in it. A boundary in the interior is still compared with the nearest actual boundary anywhere, except for the
+    trivial one at 0. If the sequences differ in length, the actual one is cut, or its last phrase is prolonged.
 
     Returns
     -------

@@ -52,7 +52,7 @@ class _Session:
         return bootstrap.draws(self.strata, self.settings.samples, self.settings.seed, self.actor)
 
     def _weights_of(self, n_draws: Integers) -> Floats:
-        """Return the weight of each draw in each bootstrap sample, (samples, R * K), for records with so many draws."""
+        """Return the weight of each draw in each bootstrap sample, (samples, R * K)."""
         key = tuple(n_draws.tolist())
         if key not in self._weights:
             weights = bootstrap.within(self._counts, n_draws, self.settings.seed, self.actor)
@@ -87,8 +87,8 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
     """Return the mean of every measure over the records of each actor, and over all of them (actor ``all``).
 
     S is the mean over gestures and records without undefined values (Özkul 2012, eq. 7.3). Every other measure is
-    weighted by the duration of the records, like D (eq. 7.4). The draws of a control share the weight of their record.
-    Intervals are those of a hierarchical bootstrap over records, and over the draws within each record.
+    weighted by the duration of the records, like D (eq. 7.4). The draws of a control share the weight of their
+    record. Intervals are those of a hierarchical bootstrap over records, and over the draws within each record.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
     """
     tables = []
     for session in _sessions(record_scores, settings):
-        defined = session.denominators.any(axis=2)
+        defined = (session.denominators > 0).any(axis=2)
         n_records = defined.sum(axis=1)
         every = np.arange(len(session.groups))
         low, high = bootstrap.interval(
@@ -190,7 +190,7 @@ def _pairs(session: _Session, rows: pd.DataFrame) -> pd.DataFrame:
     """Return the differences of all ordered pairs of systems in one measure of one session."""
     index = rows.index.to_numpy()
     first, second = np.triu_indices(len(index), k=1)
-    defined = session.denominators[index].any(axis=2)
+    defined = (session.denominators[index] > 0).any(axis=2)
     both = defined[first] & defined[second]
     # Each system is compared with many others over the same records, mostly over all.
     sides = np.concatenate([np.column_stack([index[k], both]) for k in (first, second)])

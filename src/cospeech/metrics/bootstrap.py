@@ -140,7 +140,7 @@ def p_values(differences: Floats, samples: Floats, n_records: npt.ArrayLike, n_s
 
 
 def holm(p_values: npt.ArrayLike) -> Floats:
-    """Return p-values adjusted for the number of comparisons (Holm 1979, Scandinavian Journal of Statistics 6, 65-70).
+    """Return p-values adjusted for the number of comparisons (Holm 1979, Scand. J. Statistics 6, 65-70).
 
     If every hypothesis is rejected whose adjusted value is at most alpha, the probability that any true hypothesis is
     among them is at most alpha, however the comparisons depend on each other. NaNs are not counted as comparisons.

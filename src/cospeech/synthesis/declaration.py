@@ -28,7 +28,7 @@ RESERVED = (
 """Names of tables that lie next to those of a model, which a model can therefore not use."""
 
 DRAWS = 8
-"""How many other records, or shifts of its own speech, a matched control is driven by, as far as there are so many."""
+"""The number of other records, or shifts of its own speech, that drive a matched control, if there are as many."""
 
 WRONG_SPEECH: dict[Drive, str] = {
     "shuffled": "another record's speech",
@@ -74,7 +74,7 @@ class System:
     live : whether it can run frame by frame as speech is heard (see ``live.LiveMethod``).
     decoder : name of the system that the method belongs to: its own name, except for matched controls.
     drive : the speech that drives it.
-    draws : how often a control that depends on chance synthesises each record. Its scores are averaged over the draws.
+    draws : how often a control that depends on chance synthesises each record. Its scores are averages over draws.
 
     Raises
     ------

@@ -19,8 +19,8 @@ def lines(config: Config, listed: Mapping[str, Record], shortest_s: float) -> li
         if duration_s < shortest_s:
             found.append(
                 f"record '{name}': its {duration_s:.1f} s are too short for a shift of "
-                f"{config['synthesis']['shift_s']:g} s in either direction between its ends; the controls with shifted "
-                "speech leave it out (use longer records, or lower synthesis.shift_s)"
+                f"{config['synthesis']['shift_s']:g} s in either direction between its ends; the controls with "
+                "shifted speech leave it out (use longer records, or lower synthesis.shift_s)"
             )
     return found
 
