@@ -9,7 +9,7 @@ BIN := .venv/bin
 help:
 	@echo "make report [CONFIG=config/demo.yaml] [CORES=all]  run the workflow to reports/<run>/index.html"
 	@echo "make sweep  [CONFIG=...]                           figs. 7.2a and 7.2b over the sweep of the configuration"
-	@echo "make verify [CONFIG=...]                           read every artifact again, checksums and schemas"
+	@echo "make verify [CONFIG=...]                           compare every file with the manifest"
 	@echo "make test                                          the tests"
 	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"

@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from cospeech.kernels import code_hash
-from cospeech.workflow import progress, run_lock, short_records, time_estimate
+from cospeech.workflow import manifest, progress, run_lock, short_records, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.workflow import records as record_list
 from cospeech.workflow import sweep as settings
@@ -116,7 +116,7 @@ localrules:
 rule all:
     default_target: True
     input:
-        f"{REPORTS}/index.html" if RECORDS else CALIBRATION_OUTPUTS,
+        promised,
 
 
 rule sweep:
@@ -155,9 +155,11 @@ rule quality:
 
 rule verify:
     params:
-        run=config["run"],
+        results=RESULTS,
+        reports=REPORTS,
+        left_over=left_over,
     message:
-        "reading every artifact of the run again"
+        "comparing every file of the run with the manifest"
     script:
         "scripts/verify.py"
 
@@ -174,6 +176,9 @@ onstart:
         run_lock.hold(Path(RESULTS, ".lock"))
     except UserError as error:
         raise WorkflowError(str(error)) from None
+    planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
+    if planned.keys() != {"verify"}:
+        refuse_what_was_changed()
     gc.freeze()
     gc.enable()
     if not workflow.non_local_exec:
@@ -184,23 +189,20 @@ onstart:
         for line in short_records.lines(config, RECORDS, SHORTEST_S):
             progress.write_line(f"cospeech: {line}")
     if VIRTUAL:
-        planned = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
         told = time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores)
         progress.write_line(f"cospeech: {told}")
 
 
 onsuccess:
     if RECORDS:
-        from cospeech.report import timings  # not above: pandas would cost every start half a second
-
-        timings.save(
-            Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
-        )
+        write_seconds()
         print(f"cospeech: done; the report is {REPORTS}/index.html")
     else:
         print(f"cospeech: done; see {RESULTS}/capture")
+    write_manifest()
 
 
 onerror:
+    write_manifest()
     for line in mistakes(since=STARTED):
         progress.write_line(f"cospeech: {line}")

@@ -1,13 +1,21 @@
-"""Reads every artifact of the run again and names what is damaged."""
+"""Compares every file of the run with the manifest and names those that differ."""
 
 from pathlib import Path
 
 from cospeech.errors import UserError
-from cospeech.workflow import job, verify
+from cospeech.workflow import job, manifest, verify
 
 with job.run(snakemake) as work:
-    folder = Path("results", work.params["run"])
-    found = verify.problems(folder)
+    results, reports = work.params["results"], work.params["reports"]
+    receipts = manifest.load(results)
+    if not receipts:
+        raise UserError(f"{results}: no manifest, as no job has run here; run 'cospeech report' first")
+    left_over = set(work.params["left_over"])
+    planned = [receipt for receipt in receipts if receipt.path not in left_over]
+    manifest.write_table(results, planned, corpus=work.corpus, config_hash=work.config_hash)
+    found = verify.problems([Path(results), Path(reports)], receipts, planned)
+    for problem in found:
+        work.warn(problem)
     if found:
-        raise UserError(f"{len(found)} damaged: {'; '.join(found)}")
-    work.say(f"every artifact under {folder} is whole")
+        raise UserError(f"{len(found)} of the files in {results} and {reports} are listed above")
+    work.say(f"every artifact in {results} and {reports} is as its job wrote it")

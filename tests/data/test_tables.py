@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 
 from cospeech.data import tables
 from cospeech.errors import UserError
-from cospeech.workflow import verify
 
 ANNOTATIONS = pd.DataFrame(
     {
@@ -127,16 +126,6 @@ def test_missing_file_says_what_to_do(tmp_path):
         tables.read(tmp_path / "t.parquet", "annotations")
 
 
-def test_verify_lists_what_is_damaged(tmp_path):
-    write(ANNOTATIONS, tmp_path / "good.parquet")
-    write(ANNOTATIONS, tmp_path / "deep" / "bad.parquet")
-    damaged = (tmp_path / "deep" / "bad.parquet").read_bytes()
-    (tmp_path / "deep" / "bad.parquet").write_bytes(damaged[:10] + b"\xff" + damaged[11:])
-    found = verify.problems(tmp_path)
-    assert len(found) == 1
-    assert "bad.parquet" in found[0]
-
-
 def test_a_process_that_dies_while_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "t.txt"
     path.write_text("old")
@@ -205,7 +194,6 @@ def test_a_schema_can_lie_in_another_package(package, tmp_path):
     pd.testing.assert_frame_equal(tables.read(tmp_path / "hops.parquet", f"{package}:hops"), hops)
     found = tables.read_metadata(tmp_path / "hops.parquet")
     assert (found["schema"], found["schema_version"]) == (f"{package}:hops", "3")
-    assert verify.problems(tmp_path) == []
     with pytest.raises(UserError, match=r"column 'height_m' is missing; a package_with_schema:hops table has"):
         write(hops.rename(columns={"height_m": "height"}), tmp_path / "x.parquet", f"{package}:hops")
     write(ANNOTATIONS, tmp_path / "annotations.parquet", f"{package}:annotations")  # that of cospeech
@@ -222,7 +210,6 @@ def test_a_table_whose_package_is_not_installed_is_named(package, tmp_path, monk
     message = f"{path}: schema '{package}:hops': no package '{package}' is installed; install it"
     with pytest.raises(UserError, match=re.escape(message)):
         tables.read(path, f"{package}:hops")
-    assert verify.problems(tmp_path) == [message]
 
 
 @pytest.mark.parametrize("name", ["no.such.package:hops", "..:hops", ".a:hops", "sys:hops", "pytest:../hops"])

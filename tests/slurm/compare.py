@@ -44,7 +44,7 @@ def main() -> int:
             project.folder.mkdir()
         local.make()
         through_slurm(remote, partition)
-        wrong = differing(local.artifacts(), remote.artifacts())
+        wrong = [*differing(local.artifacts(), remote.artifacts()), *remote.problems()]
         print(f"slurm: {len(local.artifacts())} artifacts, {len(wrong)} differ from a local run {wrong[:5]}")
     return bool(wrong)
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+from cospeech.workflow import manifest, verify
 
 ROOT = Path(__file__).parents[2]
 
@@ -63,8 +66,14 @@ class Project:
         return {
             str(path.relative_to(self.folder)): path.read_bytes()
             for path in found
-            if path.suffix in kinds and path.stem not in {"seconds", "table-seconds"}
+            if path.suffix in kinds and path.stem not in {"seconds", "table-seconds", "manifest"}
         }
+
+    def problems(self, run: str = "test") -> list[str]:
+        """Return what differs from the manifest of a run."""
+        with contextlib.chdir(self.folder):
+            receipts = manifest.load(Path("results", run))
+            return verify.problems([Path("results", run), Path("reports", run)], receipts, receipts)
 
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:

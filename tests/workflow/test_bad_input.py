@@ -14,7 +14,6 @@ import yaml
 from project import ROOT, Project
 
 from cospeech.data import tables
-from cospeech.workflow import verify
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
@@ -142,7 +141,7 @@ def test_good_records_are_unharmed_and_bad_ones_leave_nothing_half_written(attem
     project, _, _ = attempt
     results = project.folder / "results/tried"
     assert [path for path in made(GOOD) if not (project.folder / path).is_file()] == []
-    assert verify.problems(results) == []
+    assert project.problems("tried") == []
     assert [path for path in results.rglob(".*") if path.is_file() and path.name != ".lock"] == []
     for record in BAD:
         assert not all((project.folder / path).is_file() for path in made([record])), record
@@ -207,6 +206,6 @@ def test_a_full_disk_is_said_and_leaves_nothing_half_written(tmp_path):
         assert ended.returncode != 0
         assert any("the disk is full" in line for line in messages(ended.stdout)), ended.stdout[-3000:]
         assert "Traceback" not in ended.stdout
-        assert verify.problems(small) == []
+        assert project.problems() == []
     finally:
         subprocess.run(["umount", "-l", str(small)], check=True)

@@ -16,7 +16,7 @@ from cospeech.workflow import job
 from cospeech.errors import UserError
 class Params(dict): pass
 snakemake = SimpleNamespace(
-    log=[{log!r}], rule="prosody", input=None, output=None, wildcards=None,
+    log=[{log!r}], rule="prosody", input=None, output=[], wildcards={{}},
     params=Params(corpus="virtual", code="x"),
 )
 with job.run(snakemake) as work:
@@ -71,9 +71,7 @@ def test_several_tables_are_read_and_written_as_one(tmp_path):
         pass
 
     work = job.Job(
-        SimpleNamespace(
-            input=None, output=None, wildcards=None, rule="any", params=Params(corpus="virtual", code="x")
-        )
+        SimpleNamespace(input=None, output=[], wildcards={}, rule="any", params=Params(corpus="virtual", code="x"))
     )
     parts = [segments.from_starts(record, [0, 3], ["rest", "open"], 7, 20.0) for record in ("a", "b")]
     whole, first = str(tmp_path / "whole.parquet"), str(tmp_path / "first.parquet")

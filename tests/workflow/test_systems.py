@@ -22,7 +22,6 @@ from cospeech.data import tables
 from cospeech.formats import bvh
 from cospeech.motion import skeleton
 from cospeech.rendering import video
-from cospeech.workflow import verify
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
@@ -223,7 +222,7 @@ def test_the_tables_of_their_models_are_valid_in_the_schemas_of_their_package(ru
     assert tables.read(path, "toy_gestures:lift")["highest_deg"].tolist() == [50.0]
     assert tables.read_metadata(path)["schema"] == "toy_gestures:lift"
     assert {"habits.parquet", "timing.parquet"} <= {path.name for path in run.of("toy_habits").iterdir()}
-    assert verify.problems(run.folder / "results/test") == []
+    assert run.problems() == []
 
 
 def test_their_models_move_to_new_speech(run, installed):

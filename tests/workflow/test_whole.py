@@ -5,14 +5,12 @@ import pytest
 from kills import kill_and_resume
 from project import Project, differing
 
-from cospeech.workflow import verify
-
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
 def test_everything_that_was_made_is_whole(finished):
     assert (finished.folder / "reports/test/index.html").stat().st_size > 10_000
-    assert verify.problems(finished.folder / "results/test") == []
+    assert finished.problems() == []
 
 
 def test_every_exhibit_of_the_thesis_is_there(finished):
@@ -84,4 +82,4 @@ def test_one_core_and_five_kills_give_the_bytes_of_an_undisturbed_run_on_two_cor
     project = Project(tmp_path)
     assert kill_and_resume(project, kills=5, seed=2012, cores=1) == 5
     assert differing(finished.artifacts(), project.artifacts()) == []
-    assert verify.problems(project.folder / "results/test") == []
+    assert project.problems() == []

@@ -33,7 +33,8 @@ def complete(scripted):
     name = Path(scripted.name, *(f"{{{wildcard}}}" for wildcard in sorted(scripted.wildcard_names)))
     scripted.log_modifier = scripted.benchmark_modifier = workflow.modifier.path_modifier
     scripted.set_log(f"{RESULTS}/logs/{name}.log")
-    scripted.benchmark = f"{RESULTS}/benchmarks/{name}.tsv"
+    if scripted.output:  # to Snakemake a benchmark is an output, and a rule with an output runs once
+        scripted.benchmark = f"{RESULTS}/benchmarks/{name}.tsv"
     scripted.set_params(corpus=config["corpus"]["name"], code=code_hash.code_hash(script))
 
 
@@ -43,3 +44,62 @@ def mistakes(since):
     recent = [log for log in logs if log.stat().st_mtime >= since]
     lines = [line for log in recent for line in log.read_text(encoding="utf-8").splitlines()]
     return list(dict.fromkeys(line.removeprefix("ERROR ") for line in lines if line.startswith("ERROR ")))
+
+
+# What wildcards of these names may stand for. Their constraints do not say so where there are many names.
+VALUES = {"record": RECORDS, "fold": RECORDS, "actor": ACTORS, "system": SYSTEMS, "trained": [*RECORDS, *ACTORS]}
+
+
+def is_planned(receipt):
+    """Whether the job that left a receipt belongs to this configuration."""
+    if receipt.rule == manifest.END_OF_RUN:
+        return True
+    if not workflow.is_rule(receipt.rule):
+        return False
+    named = {name: value.removeprefix("fold~") for name, value in receipt.wildcards.items() if name in VALUES}
+    writes = workflow.get_rule(receipt.rule).is_producer(receipt.artifacts[0].path)
+    return writes and all(value in VALUES[name] for name, value in named.items())
+
+
+def left_over(wildcards):
+    """The receipts of jobs that do not belong to this configuration."""
+    return [receipt.path for receipt in manifest.load(RESULTS) if not is_planned(receipt)]
+
+
+def promised(wildcards):
+    """What the target `all` asks for. Jobs of which a file was deleted are repeated.
+
+    By itself Snakemake would not look for files that no job reads, or that are not needed as what is made from them
+    exists.
+    """
+    receipts = [receipt for receipt in manifest.load(RESULTS) if is_planned(receipt)]
+    workflow.dag.forcefiles.update(receipt.artifacts[0].path for receipt in receipts if manifest.missing(receipt))
+    return PROMISED if RECORDS else CALIBRATION_OUTPUTS
+
+
+def refuse_what_was_changed():
+    """Stop before results are made from a file that something else than its job has written to."""
+    planned = [receipt for receipt in manifest.load(RESULTS) if receipt.finished and is_planned(receipt)]
+    changed = [path for receipt in planned for path in manifest.changed(receipt, thoroughly=False)]
+    if changed:
+        raise WorkflowError(f"{', '.join(changed)}: changed since the run wrote it; delete it and run again")
+
+
+def write_manifest():
+    """Write the manifest from the receipts of all jobs of this configuration."""
+    from cospeech.workflow.job import settings_hash  # not above: it imports pandas
+
+    receipts = [receipt for receipt in manifest.load(RESULTS) if is_planned(receipt)]
+    manifest.write_table(RESULTS, receipts, corpus=config["corpus"]["name"], config_hash=settings_hash(config))
+
+
+def write_seconds():
+    """Write the page that shows how long each rule took."""
+    from cospeech.report import timings  # not above: it imports pandas
+
+    receipt = manifest.place(RESULTS, manifest.END_OF_RUN, {})
+    manifest.begin(receipt)
+    written = timings.save(
+        Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
+    )
+    manifest.save(receipt, manifest.END_OF_RUN, {}, "", written)

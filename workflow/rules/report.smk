@@ -169,6 +169,10 @@ CLIPS = {
     if "transplant" in MET
 }
 
+# What the target `all` asks for: the page, and all that it shows or links to.
+SHOWN_EXHIBITS = [f"{REPORTS}/{path}" for exhibit in EXHIBITS for path in exhibit.files]
+PROMISED = [f"{REPORTS}/index.html", *SHOWN_EXHIBITS, *CLIPS]
+
 
 rule page:
     input:
@@ -177,7 +181,7 @@ rule page:
         parts=PARTS,
         published=PUBLISHED,
         captions=[TEMPLATE / "captions" / f"{exhibit.name}.rst" for exhibit in EXHIBITS],
-        exhibits=[f"{REPORTS}/{path}" for exhibit in EXHIBITS for path in exhibit.files],
+        exhibits=SHOWN_EXHIBITS,
         videos=list(CLIPS),
     output:
         page=f"{REPORTS}/index.html",

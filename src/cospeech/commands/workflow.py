@@ -57,8 +57,10 @@ listed in the section `sweep` of the configuration, and draw figures 7.2a and
 7.2b in reports/<run>/figures."""
 
 VERIFY = """\
-Read every table in results/<run> and compare it with its checksum and schema.
-If any of them is damaged, list them and exit with status 1."""
+Compare every file in results/<run> and reports/<run> with the manifest of the
+run, results/<run>/run/manifest.parquet. Files that were changed since the run
+wrote them, are missing, were left over from another configuration, or that
+no job of the run wrote, are listed, and the exit status is 1."""
 
 RUN = """\
 Make one or more targets of the workflow: names from the list below, or paths
@@ -80,7 +82,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
     for name, targets, summary, description, epilog in (
         ("report", [], "run the workflow and write the report", REPORT, REPORT_EXAMPLES),
         ("sweep", ["sweep"], "score the synthesis over numbers of clusters and states", SWEEP, SETTINGS),
-        ("verify", ["verify"], "check the results of a run for damage", VERIFY, None),
+        ("verify", ["verify"], "check the files of a run for damage", VERIFY, None),
     ):
         _add(commands, name, help=summary, description=description, epilog=epilog).set_defaults(targets=targets)
     other = _add(

@@ -51,13 +51,15 @@ def _number(text: str) -> float:
         return 0.0
 
 
-def save(benchmarks: Path, reports: Path, template: Path, title: str) -> None:
-    """Write ``seconds.html`` and ``tables/table-seconds.csv`` into the folder of a run's report."""
+def save(benchmarks: Path, reports: Path, template: Path, title: str) -> list[str]:
+    """Write ``seconds.html`` and ``tables/table-seconds.csv`` into the folder of a report and return their paths."""
     found = rows(benchmarks)
-    with tables.replacing(reports / "tables" / "table-seconds.csv") as temporary, temporary.open("w") as file:
+    table, seconds = reports / "tables" / "table-seconds.csv", reports / "seconds.html"
+    with tables.replacing(table) as temporary, temporary.open("w") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row._fields)
         writer.writerows([*row[:2], *(f"{value:.2f}" for value in row[2:])] for row in found)
     page = jinja2.Template(template.read_text(encoding="utf-8"), autoescape=True).render(title=title, rows=found)
-    with tables.replacing(reports / "seconds.html") as temporary:
+    with tables.replacing(seconds) as temporary:
         temporary.write_text(page, encoding="utf-8")
+    return [str(table), str(seconds)]

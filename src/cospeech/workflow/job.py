@@ -19,7 +19,7 @@ import pandas as pd  # noqa: E402
 
 from cospeech.data import tables  # noqa: E402
 from cospeech.errors import UserError  # noqa: E402
-from cospeech.workflow import progress  # noqa: E402
+from cospeech.workflow import manifest, progress  # noqa: E402
 
 gc.freeze()
 gc.enable()
@@ -46,6 +46,7 @@ class Job:
         self.corpus: str = self.params["corpus"]
         self.rule: str = snakemake.rule
         self.config_hash = settings_hash(self.params)
+        self.written: list[str] = list(snakemake.output)
 
     def read(self, path: str | Sequence[str], schema: str, columns: list[str] | None = None) -> pd.DataFrame:
         """Read one table (see ``tables.read``), or several tables and concatenate them."""
@@ -61,6 +62,7 @@ class Job:
         """Write one table, or several concatenated, with the provenance of this job (see ``tables.write``)."""
         whole = frame if isinstance(frame, pd.DataFrame) else pd.concat(frame, ignore_index=True)
         tables.write(whole, path, schema, corpus=self.corpus, config_hash=self.config_hash)
+        self.written.append(str(path))
 
     def warn(self, message: str) -> None:
         """Write one line to the log of this job and to stderr."""
@@ -98,7 +100,14 @@ def run(snakemake: Any) -> Iterator[Job]:
     log.addHandler(handler)
     log.setLevel(logging.INFO)
     try:
-        yield Job(snakemake)
+        work = Job(snakemake)
+        wildcards = dict(snakemake.wildcards.items())
+        results = path.parents[len(wildcards) + 1]  # the log is <results>/logs/<rule>/<wildcards>.log
+        receipt = manifest.place(results, work.rule, wildcards)
+        manifest.begin(receipt)
+        yield work
+        if work.written:
+            manifest.save(receipt, work.rule, wildcards, work.config_hash, work.written)
     except UserError as error:
         _stop(f"{snakemake.rule}: {error}")
     except OSError as error:
