@@ -185,7 +185,7 @@ onstart:
         # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
-    if RECORDS and SHORTEST_S is not None:
+    if RECORDS and SHORTEST_S is not None and any(name.startswith("systems") for name in planned):
         for line in short_records.lines(config, RECORDS, SHORTEST_S):
             progress.write_line(f"cospeech: {line}")
     if VIRTUAL:

@@ -148,6 +148,12 @@ def test_the_trivial_boundary_is_not_a_target_of_the_interior():
     assert value(found, "D", "interior") == pytest.approx(5)
 
 
+def test_the_end_of_a_record_is_not_a_boundary():
+    found = score(table([("rest", 4), ("left", 8)]), table([("rest", 10), ("left", 2)]))
+    assert value(found, "D") == pytest.approx((0 + 6) / 2)
+    assert value(found, "D", "interior") == pytest.approx(6)
+
+
 @pytest.mark.parametrize(
     ("phrases", "inside"),
     [
