@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from cospeech.kernels import code_hash
-from cospeech.workflow import manifest, progress, run_lock, time_estimate
+from cospeech.workflow import manifest, progress, run_lock, short_records, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.workflow import config_file, leftovers, paths, processes
 from cospeech.workflow import records as record_list
@@ -195,6 +195,9 @@ onstart:
         # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
+    if RECORDS and SHORTEST_S is not None and any(name.startswith("systems") for name in planned):
+        for line in short_records.lines(config, RECORDS, SHORTEST_S):
+            progress.write_line(f"cospeech: {line}")
     if VIRTUAL:
         progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 

@@ -1,12 +1,11 @@
-"""Collect the record table of the run, one row per record, with the notes on its annotations."""
+"""Collect the record table of the run, one row per record, with the notes on annotations and on missing controls."""
 
-from cospeech.corpus import annotations
+from cospeech.corpus import annotations, short_records
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    records = work.read(work.input.records, "records")
-    work.write(
-        annotations.add_notes(records, work.read(work.input.annotations, "annotations")),
-        work.output.records,
-        "records",
+    table = annotations.add_notes(
+        work.read(work.input.records, "records"), work.read(work.input.annotations, "annotations")
     )
+    noted = short_records.noted(table, work.params["shortest_s"], work.params["shift_s"])
+    work.write(noted, work.output.records, "records")

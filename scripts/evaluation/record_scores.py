@@ -1,5 +1,6 @@
 """Scores of every synthesised record against the actual one."""
 
+from cospeech.data import tables as files
 from cospeech.evaluation import scores
 from cospeech.workflow import job
 
@@ -8,12 +9,15 @@ with job.run(snakemake) as work:
     synthesised = scores.planned(
         work.read(path, "planned_phrases") for path in [*work.input.planned, *work.input.swept]
     )
-    for one, path in zip(work.params["others"], work.input.others, strict=True):
-        synthesised[scores.Scored(*one)] = work.read(path, "segments")
+    for system in work.params["apart"]:  # one that failed planned nothing
+        synthesised.setdefault(scores.Scored(*system, "planned"), files.empty("segments"))
+    for system, path in zip(work.params["seen"], work.input.seen, strict=True):
+        synthesised[scores.Scored(*system, "seen")] = work.read(path, "segments")
     table = scores.table(
         synthesised,
         work.read_each(list(actors), work.input.actual, "segments"),
         actors,
         scores.Rules(**work.params["rules"]),
+        work.params["decoders"],
     )
     work.write(table, work.output.scores, "record_scores")

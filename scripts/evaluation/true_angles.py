@@ -18,8 +18,8 @@ with job.run(snakemake) as work:
     for record, path in zip(records, work.input.prosody, strict=True):
         training, streams = fold(actor, record, folds[record], work.read(path, "segments"))
         driving = Driving(streams, record, actor.frame_s, given["seed"])
-        phrases = Session(training, given["shared"], given["own"]).synthesise(system, driving).phrases
-        made[scores.Scored(system.name, given["variant"], record, "planned")] = phrases
+        [one] = Session(training, given["shared"], given["own"]).synthesise(system, driving)
+        made[scores.Scored(system.name, given["variant"], record, "planned")] = one.phrases
     own = {record: actual[actual["record"] == record] for record in records}
     table = scores.table(made, own, dict.fromkeys(records, name), scores.Rules(**given["rules"]))
     work.write(table, work.output.scores, "record_scores")

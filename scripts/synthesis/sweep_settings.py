@@ -36,11 +36,12 @@ with job.run(snakemake) as work:
             Driving(streams, record, frame_s, given["seed"]),
         )
         for system in systems:
-            made, (variant, folder) = session.synthesise(system, driving), given["places"][number][system.name]
-            folder = f"{folder}/{record}"
+            [made] = session.synthesise(system, driving)
+            variant, place = given["places"][number][system.name]
+            folder = f"{place}/{record}"
             work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
             work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
-            planned.append(made.phrases.assign(system=system.name, variant=variant))
+            planned.append(made.phrases.assign(system=system.name, variant=variant, draw=0))
             if system.name in given["tables"]:
                 model = session.tables(system)
                 for table, schema in given["tables"][system.name].items():

@@ -1,10 +1,18 @@
-"""Gesture phrases, or motion, of one record by several systems."""
+"""Gesture phrases, or motion, of one record by several systems; controls that depend on chance draw repeatedly.
+
+The phrases or the motion in the folder of a system are those of its first draw; they are empty if a matched control
+leaves the record out. The phrases of all draws are in the table of planned phrases.
+"""
 
 from pathlib import Path
 
+import pandas as pd
+
+from cospeech.data import tables as files
 from cospeech.motion import skeleton
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
+from cospeech.synthesis.speech import Wrong
 from cospeech.synthesis.training import Actor, Truth, fold
 from cospeech.workflow import job
 
@@ -32,19 +40,23 @@ with job.run(snakemake) as work:
     session = Session(training, given["shared"], given["own"])
     fps = skeleton.frame_rate(motions[record]) if motions else 0.0
     driving = Driving(
-        streams, record, actor.frame_s, given["seed"], given["shift_s"], fps, len(motions.get(record, ()))
+        streams, record, actor.frame_s, given["seed"], Wrong(**given["wrong"]), fps, len(motions.get(record, ()))
     )
     planned, failures = [], []
     for system in map(installed, given["systems"]):
-        made = (session.attempt if given["apart"] else session.synthesise)(system, driving)
-        (variant, place), failure = given["places"][system.name], made.decoding["failure"].iloc[0]
+        draws = (session.attempt if given["apart"] else session.synthesise)(system, driving)
+        variant, place = given["places"][system.name]
         folder = f"{place}/{record}"
-        if made.phrases is not None:
-            work.write(made.phrases, f"{folder}/phrases.parquet", "segments")
-            planned.append(made.phrases.assign(system=system.name, variant=variant))
-        if made.motion is not None:
-            work.write(made.motion, f"{folder}/motion.parquet", "motion")
-        work.write(made.decoding, f"{folder}/decoding.parquet", "decoding")
+        first = draws[0] if draws else None
+        if system.makes == "phrases":
+            work.write(first.phrases if first else files.empty("segments"), f"{folder}/phrases.parquet", "segments")
+            named = {"system": system.name, "variant": variant}
+            planned += [made.phrases.assign(**named, draw=draw) for draw, made in enumerate(draws)]
+        else:
+            work.write(first.motion if first else files.empty("motion"), f"{folder}/motion.parquet", "motion")
+        decoding = pd.concat([made.decoding for made in draws]) if draws else files.empty("decoding")
+        work.write(decoding, f"{folder}/decoding.parquet", "decoding")
+        failure = first.decoding["failure"].iloc[0] if first else None
         if isinstance(failure, str):
             failures.append(f"{record}: {failure}")
         elif system.name in given["tables"]:

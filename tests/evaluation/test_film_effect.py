@@ -16,7 +16,8 @@ def records(measure, values, system="hsmm_weighted", bin_s=np.nan, variant="clus
     return pd.DataFrame(
         [
             {
-                "system": system, "variant": variant, "actor": "ada", "record": record, "phrases": "planned",
+                "system": system, "variant": variant, "actor": "ada", "record": record,
+                "phrases": "planned", "draw": 0,
                 "measure": measure, "part": "whole", "bin_s": bin_s, "value": value, "duration_s": 60.0,
             }
             for record, value in zip(RECORDS, values, strict=True)

@@ -139,3 +139,96 @@ def test_bounds(one, two):
     assert by["kappa"].between(-1, 1).all()
     assert (by["D"] >= 0).all()
     assert (by["phrase_ratio"] >= 0).all()
+
+
+def test_the_trivial_boundary_is_not_a_target_of_the_interior():
+    short_head = RULES.__class__(**{**RULES.__dict__, "head_s": 0.5})
+    found = score(table([("rest", 6), ("left", 6)]), table([("rest", 1), ("left", 11)]), short_head)
+    assert value(found, "D") == pytest.approx((0 + 1) / 2)  # as printed: 0 s is the nearest boundary of both
+    assert value(found, "D", "interior") == pytest.approx(5)
+
+
+def test_the_end_of_a_record_is_not_a_boundary():
+    found = score(table([("rest", 4), ("left", 8)]), table([("rest", 10), ("left", 2)]))
+    assert value(found, "D") == pytest.approx((0 + 6) / 2)
+    assert value(found, "D", "interior") == pytest.approx(6)
+
+
+@pytest.mark.parametrize(
+    ("phrases", "inside"),
+    [
+        ([("rest", 3), ("left", 2), ("rest", 7)], True),  # [3, 5): begins with the interior
+        ([("rest", 8.5), ("left", 2), ("rest", 1.5)], True),  # [8.5, 10.5): ends with it
+        ([("rest", 2.975), ("left", 2), ("rest", 7.025)], False),
+        ([("rest", 8.525), ("left", 2), ("rest", 1.475)], False),
+        ([("rest", 10), ("left", 2)], False),
+    ],
+)
+def test_only_phrases_that_lie_completely_in_the_interior_count_in_its_similarity(phrases, inside):
+    actual = table([("rest", 5), ("left", 2), ("rest", 5)])
+    found = score(actual, table(phrases))
+    assert value(found, "S", "interior", gesture="left", bin_s=1.0) == (1 if inside else 0)
+    counted = found[(found["measure"] == "S") & (found["part"] == "interior") & (found["gesture"] == "left")]
+    assert counted["n_synthesised"].tolist() == [int(inside)] * 2
+    assert counted["n_actual"].tolist() == [1, 1]
+
+
+def test_counts_are_those_of_the_part():
+    found = score(ACTUAL, MADE).set_index(["measure", "part"])
+    assert found.loc[("D", "whole"), ["n_actual", "n_synthesised"]].tolist() == [5, 5]
+    assert found.loc[("D", "interior"), ["n_actual", "n_synthesised"]].tolist() == [4, 4]
+    assert found.loc[("D", "whole"), "duration_s"] == 12
+
+
+def test_a_boundary_at_the_end_of_the_interior_is_outside():
+    found = score(table([("rest", 4), ("left", 8)]), table([("rest", 4), ("left", 6.5), ("rest", 1.5)]))
+    assert value(found, "phrase_ratio", "interior") == 1
+
+
+def test_the_tolerance_includes_its_limit():
+    actual = table([("rest", 4), ("left", 8)])
+    for distance, matched in ((0.5, 2), (0.525, 1)):
+        assert (
+            value(score(actual, table([("rest", 4 + distance), ("left", 8 - distance)])), "boundary_f1")
+            == matched / 2
+        )
+
+
+def test_phrases_longer_than_the_longest_count_in_the_last_bin():
+    found = score(table([("rest", 11), ("left", 12)]), table([("rest", 13), ("left", 10)]))
+    for gesture in ("rest", "left"):
+        assert value(found, "S", gesture=gesture, bin_s=1.0) == 1
+
+
+ACTORS = {"a": "x", "b": "x"}
+
+
+def tables_of(made, decoders=None):
+    """Scores of segment tables by (system, record, draw)."""
+    synthesised = {scores.Scored(s, "main", record, "planned", draw): own for (s, record, draw), own in made.items()}
+    return scores.table(
+        synthesised, {record: ACTUAL.assign(record=record) for record in ACTORS}, ACTORS, RULES, decoders
+    )
+
+
+def test_a_system_that_failed_is_left_out_with_its_controls_and_a_control_only_where_it_has_nothing():
+    nothing, whole = MADE.iloc[:0], MADE
+    made = {(s, record, 0): whole for s in ("good", "bad", "good_shifted", "bad_shifted") for record in ACTORS}
+    made |= {("bad", "b", 0): nothing, ("good_shifted", "a", 0): nothing}
+    found = tables_of(made, {"good_shifted": "good", "bad_shifted": "bad"})
+    assert set(zip(found["system"], found["record"], strict=True)) == {
+        ("good", "a"), ("good", "b"), ("good_shifted", "b"),
+    }  # fmt: skip
+
+
+def test_every_draw_is_scored_and_named():
+    one = table([("rest", 4), ("left", 8)])
+    found = tables_of({("c", "a", 0): MADE, ("c", "a", 1): one})
+    kappa = found[(found["measure"] == "kappa") & (found["part"] == "whole")].set_index("draw")["value"]
+    assert kappa[0] == value(score(ACTUAL, MADE), "kappa")
+    assert kappa[1] == value(score(ACTUAL, one), "kappa") != kappa[0]
+
+
+def test_planned_phrases_are_found_by_their_draw():
+    own = pd.concat([MADE.assign(system="s", variant="v", draw=draw) for draw in (0, 1)])
+    assert list(scores.planned([own])) == [scores.Scored("s", "v", "r", "planned", draw) for draw in (0, 1)]

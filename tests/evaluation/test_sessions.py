@@ -9,6 +9,7 @@ import pytest
 from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.evaluation import sessions
+from cospeech.metrics import bootstrap
 
 BOOTSTRAP = sessions.Bootstrap(samples=400, level=0.95, seed=1)
 
@@ -18,12 +19,12 @@ MAIN = "clusters~8,states~3"
 
 def row(
     system, actor, record, measure, value,
-    duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", variant=MAIN, phrases="planned",
+    duration_s=60.0, gesture=None, bin_s=np.nan, part="whole", variant=MAIN, phrases="planned", draw=0,
 ):  # fmt: skip
     return {
         "system": system, "variant": variant, "actor": actor, "record": record, "phrases": phrases,
         "measure": measure, "part": part, "gesture": gesture, "bin_s": bin_s, "value": value,
-        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s,
+        "n_actual": 3, "n_synthesised": 3, "duration_s": duration_s, "draw": draw,
     }  # fmt: skip
 
 
@@ -179,3 +180,80 @@ def test_tables_obey_their_schemas_and_survive_the_file(tmp_path):
         path = tmp_path / f"{name}.parquet"
         tables.write(table, path, name, corpus="virtual", config_hash="0")
         assert len(tables.read(path, name)) == len(table)
+
+
+# ---------------------------------------------------------------- draws of controls
+
+
+def drawn(system, values, measure="kappa", **keywords):
+    """Values of several draws of each record, {(actor, record): values}."""
+    return [
+        row(system, actor, record, measure, value, draw=draw, **keywords)
+        for (actor, record), own in values.items()
+        for draw, value in enumerate(own)
+    ]
+
+
+def test_draws_share_the_weight_of_their_record():
+    rows = drawn("c", {("x", "r1"): [1.0, 2.0, 6.0]}, "D", duration_s=30.0)
+    rows += drawn("c", {("x", "r2"): [8.0]}, "D", duration_s=90.0)
+    found = find(sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP), actor="x")
+    assert found["value"] == pytest.approx((30 * 3 + 90 * 8) / 120)
+    assert (found["n"], found["n_records"]) == (4, 2)
+    assert (found["fewest_draws"], found["most_draws"]) == (1, 3)
+
+
+def test_an_undefined_draw_takes_its_share_of_the_record_away():
+    rows = drawn("c", {("x", "r1"): [1.0, np.nan], ("x", "r2"): [4.0, 6.0]}, "D")
+    found = find(sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP), actor="x")
+    assert found["value"] == pytest.approx((0.5 * 1 + 0.5 * 4 + 0.5 * 6) / 1.5)
+    assert (found["n"], found["n_undefined"], found["n_records"]) == (3, 1, 2)
+
+
+def test_a_record_without_draws_does_not_count_as_the_fewest():
+    rows = drawn("c", {("x", "r1"): [1.0, 2.0], ("x", "r3"): [1.0, 2.0, 3.0]}) + many("s", [1.0, 2.0, 3.0, 4.0])
+    found = find(sessions.session_scores(pd.DataFrame(rows), BOOTSTRAP), system="c", actor="all")
+    assert (found["fewest_draws"], found["most_draws"], found["n_records"]) == (2, 3, 2)
+
+
+def test_differences_from_a_control_are_those_of_its_mean_over_draws_on_common_records():
+    system = many("s", [0.5, 0.6, 0.7, 0.8])
+    control = drawn("c", {("x", "r0"): [0.1, 0.3], ("x", "r1"): [0.2, 0.2], ("y", "r2"): [0.0, 0.8]})
+    found = find(differences(pd.DataFrame(system + control)), system="s", other="c", actor="all")
+    assert found["n"] == 3
+    assert found["difference"] == pytest.approx(((0.5 - 0.2) + (0.6 - 0.2) + (0.7 - 0.4)) / 3)
+    assert found["low"] < found["difference"] < found["high"]
+    assert 0 < found["p_value"] < 1
+
+
+def test_controls_that_share_their_draws_are_compared_in_pairs():
+    rng = np.random.default_rng(3)
+    values = {(actor, f"{actor}{k}"): rng.normal(0, 1, 8) for actor in ("x", "y") for k in range(5)}
+    rows = drawn("one", values) + drawn("two", {key: own + 0.25 for key, own in values.items()})
+    found = find(differences(pd.DataFrame(rows)), system="two", other="one", actor="all")
+    assert [found["low"], found["difference"], found["high"]] == pytest.approx([0.25] * 3)
+
+
+def test_many_draws_make_the_interval_independent_of_which_are_drawn():
+    """With one draw of a control per record, another draw gives another verdict; their mean does not move as much."""
+    rng = np.random.default_rng(1)
+    base = {("x", f"r{k}"): rng.normal(0, 0.02) for k in range(20)}
+
+    def difference_of(n_draws, seed):
+        draw = np.random.default_rng(seed)
+        control = drawn("c", {key: level + draw.normal(0, 0.3, n_draws) for key, level in base.items()})
+        system = [row("s", *key, "kappa", level + 0.05) for key, level in base.items()]
+        return find(differences(pd.DataFrame(system + control)), system="s", other="c", actor="all")["difference"]
+
+    spread = {n: np.std([difference_of(n, seed) for seed in range(12)]) for n in (1, 8)}
+    assert spread[8] < 0.6 * spread[1]  # 1 / sqrt(8) is 0.35
+
+
+def test_the_same_table_with_one_draw_gives_the_plain_bootstrap():
+    rows = pd.DataFrame(scored())
+    found = find(sessions.session_scores(rows, BOOTSTRAP), system="good", actor="all", measure="kappa")
+    values = rows[(rows["system"] == "good") & (rows["measure"] == "kappa")]["value"].to_numpy()
+    counts = bootstrap.draws(["x"] * 4 + ["y"] * 4, 400, 1, "all")
+    drawn_means = (counts @ values) / counts.sum(axis=1)
+    tail = bootstrap.expanded_tail(0.95, 8, 6)
+    assert [found["low"], found["high"]] == pytest.approx(np.quantile(drawn_means, [tail, 1 - tail]).tolist())

@@ -107,7 +107,7 @@ def record_scores() -> pd.DataFrame:
     rows = []
 
     def add(system: str, variant: str, record: str, table: pd.DataFrame, phrases: str = "planned") -> None:
-        origin = {"system": system, "variant": variant, "phrases": phrases}
+        origin = {"system": system, "variant": variant, "phrases": phrases, "draw": 0}
         found = scores.record_scores(actual[record], scores.phrases(table, RULES), RULES)
         rows.extend(origin | {"actor": ACTORS[record], "record": record} | row for row in found)
 
@@ -194,7 +194,11 @@ def records() -> pd.DataFrame:
         [
             {"actor": actor, "record": record, "scenario": scenarios[place % 4], "language": "Turkish"}
             | {"motion_source": "bvh", "motion_fps": 20.0, "audio_rate_hz": 16000.0, "duration_s": DURATION_S}
-            | {"motion_path": f"{record}.bvh", "audio_path": f"{record}.wav", "note": None}
+            | {
+                "motion_path": f"{record}.bvh",
+                "audio_path": f"{record}.wav",
+                "note": "mixed down to <mono>" if place else None,
+            }
             for place, (record, actor) in enumerate(ACTORS.items())
         ]
     )

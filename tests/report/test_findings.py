@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cospeech.report import systems as reported
 from cospeech.report import words
 from cospeech.report.page import findings
 
@@ -24,14 +25,15 @@ def score(system, measure, value, bin_s=np.nan, part="interior"):
         "part": part,
     }
     found = {"bin_s": bin_s, "value": value, "low": value - 0.1, "high": value + 0.1}
-    return origin | found | {"n": 8, "n_undefined": 0, "n_records": 8}
+    draws = {"fewest_draws": 1, "most_draws": 1}
+    return origin | found | {"n": 8, "n_undefined": 0, "n_records": 8} | draws
 
 
-def difference(other, measure, low, high):
+def difference(other, measure, low, high, p_value=0.0001):
     return {
         "system": "hsmm", "other": other, "actor": "all", "phrases": "planned",
         "measure": measure, "part": "interior", "bin_s": np.nan,
-        "difference": (low + high) / 2, "low": low, "high": high, "n": 8, "better": None,
+        "difference": (low + high) / 2, "low": low, "high": high, "n": 8, "better": None, "p_value": p_value,
     }  # fmt: skip
 
 
@@ -51,7 +53,7 @@ def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
     rows = []
     for control, (low, high), (near, far) in zip(("shuffled", "shifted"), kappa, distance, strict=True):
         rows += [difference(control, "kappa", low, high), difference(control, "D", near, far)]
-    return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS, 0.8313)[0]
+    return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS, 0.8313, 0.95)[0]
 
 
 @pytest.mark.parametrize(
@@ -59,10 +61,13 @@ def first(kappa, distance=((-0.1, 0.1), (-0.1, 0.1))):
     [
         (
             ((0.1, 0.3), (0.2, 0.4)),
-            "picks gestures better than the same system driven by another record's speech or its own",
+            "picks gestures better than the same system driven by another record's speech or its own speech, shifted",
         ),
-        (((0.1, 0.3), (-0.1, 0.2)), "but cannot be distinguished from it driven by its own speech, shifted"),
-        (((-0.1, 0.3), (0.0, 0.2)), "cannot be distinguished from the same system driven by the wrong speech"),
+        (
+            ((0.1, 0.3), (-0.1, 0.2)),
+            "but cannot be distinguished from the same system driven by its own speech, shifted",
+        ),
+        (((-0.1, 0.3), (0.0, 0.2)), "cannot be distinguished from its controls by the gestures that it picks"),
         (((-0.3, -0.1), (0.1, 0.2)), "picks gestures worse than the same system driven by another record's speech"),
     ],
 )
@@ -81,11 +86,50 @@ def test_boundaries_are_better_where_distances_are_smaller():
 def test_fewer_than_four_records_decide_nothing():
     clear = pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3), difference("shifted", "kappa", 0.2, 0.4)])
     for n_records, silent in ((3, True), (4, False)):
-        found = findings.findings(SCORES.assign(n_records=n_records), clear, SYSTEMS, 0.8313)
+        found = findings.findings(SCORES.assign(n_records=n_records), clear, SYSTEMS, 0.8313, 0.95)
         claims = " ".join(finding.claim for finding in found)
         assert ("better than" in claims) != silent
         assert ("cannot distinguish between systems, so none is called better" in claims) == silent
         assert "The ceiling of S" in claims
+
+
+def test_a_difference_that_many_comparisons_do_not_support_is_undecided():
+    def of(p_value, n_others):
+        rows = [difference("shuffled", "kappa", 0.1, 0.3, p_value)]
+        rows += [difference(f"c{k}", "kappa", -0.1, 0.3, 0.9) for k in range(n_others)]
+        controls = {f"c{k}": reported.System(f"c{k}", f"C{k}", "control") for k in range(n_others)}
+        return findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS | controls, 0.8313, 0.95)
+
+    assert "better than the same system driven by another record's speech" in of(0.02, 1)[0].claim
+    many = of(0.02, 4)
+    assert "cannot be distinguished from its controls" in many[0].claim
+    assert "kappa +0.20 (+0.10 to +0.30), p = 0.100" in many[0].evidence[1]
+    assert any("Holm, 5 comparisons" in line for finding in many for line in finding.evidence)
+
+
+def test_controls_of_no_system_are_in_the_headline_and_undefined_ones_do_not_count():
+    rows = [
+        *(difference(name, "kappa", 0.1, 0.3) for name in ("shuffled", "shifted", "majority")),
+        difference("shuffled", "D", -0.3, -0.1),
+        difference("shifted", "D", -0.3, -0.1),
+        difference("majority", "D", np.nan, np.nan, np.nan),  # it has no boundary
+    ]
+    found = findings.findings(SCORES, pd.DataFrame(rows), SYSTEMS, 0.8313, 0.95)[0]
+    assert found.claim == (
+        "“HSMM as printed” picks gestures better than “Most frequent label” and the same system driven by another "
+        "record's speech or its own speech, shifted. Its boundaries are closer to the actual ones, too."
+    )
+    assert found.evidence[-1] == "minus “Most frequent label”: kappa +0.20 (+0.10 to +0.30), p < 0.001"
+
+
+def test_the_number_of_draws_and_of_records_of_a_control_is_said():
+    rows = pd.concat([SCORES, pd.DataFrame([score("shuffled", "kappa", 0.1), score("shifted", "kappa", 0.1)])])
+    rows.loc[rows["system"] == "shuffled", ["fewest_draws", "most_draws"]] = 3
+    rows.loc[rows["system"] == "shifted", ["fewest_draws", "most_draws", "n_records"]] = [5, 8, 6]
+    compared = pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3), difference("shifted", "kappa", 0.2, 0.4)])
+    evidence = findings.findings(rows, compared, SYSTEMS, 0.8313, 0.95)[0].evidence
+    assert "driven by another record's speech (3 draws per record): kappa" in evidence[1]
+    assert "driven by its own speech, shifted (5 to 8 draws per record, 6 of 8 records): kappa" in evidence[2]
 
 
 ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0], pair[0] + pair[1]))
@@ -96,7 +140,7 @@ ENDS = st.tuples(st.floats(-1, 1), st.floats(0.001, 1)).map(lambda pair: (pair[0
 def test_an_interval_with_zero_is_never_called_better(one, two, near, far):
     claim = first((one, two), (near, far)).claim
     named = {"another record's speech": one, "its own speech, shifted": two}
-    decided = claim.split("but cannot")[0]
+    decided = claim.split(". ")[0].split("but cannot")[0]
     for speech, (low, high) in named.items():
         if "better than" in decided and speech in decided:
             assert low > 0
@@ -117,7 +161,9 @@ def test_a_system_is_compared_with_the_first_and_with_its_predecessor():
     scores = pd.concat(
         [SCORES, pd.DataFrame([score(name, "kappa", 0.3) for name in ("hsmm_weighted", "hsmm_sampled")])]
     )
-    claims = [finding.claim for finding in findings.findings(scores, pd.DataFrame(rows), plausible.SYSTEMS, 0.8313)]
+    claims = [
+        finding.claim for finding in findings.findings(scores, pd.DataFrame(rows), plausible.SYSTEMS, 0.8313, 0.95)
+    ]
     assert "“HSMM, emissions weighted” beats “HSMM as printed” in kappa." in claims
     assert (
         "“HSMM, drawn from the posterior” does worse than “HSMM as printed” in kappa; it cannot be distinguished "
@@ -129,7 +175,7 @@ def test_a_system_without_scores_is_not_compared():
     claims = " ".join(
         finding.claim
         for finding in findings.findings(
-            SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), plausible.SYSTEMS, 0.8313
+            SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), plausible.SYSTEMS, 0.8313, 0.95
         )
     )
     assert "HSMM as printed" in claims
@@ -137,7 +183,9 @@ def test_a_system_without_scores_is_not_compared():
 
 
 def test_a_control_with_the_lowest_distance_is_named():
-    found = findings.findings(SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313)
+    found = findings.findings(
+        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313, 0.95
+    )
     claims = " ".join(finding.claim for finding in found)
     assert "D alone rewards silence: the control “Most frequent label” has the lowest D." in claims
     assert "The ceiling of S, “Another real record”, is 0.10" in claims
@@ -157,7 +205,7 @@ def test_goals_that_may_be_missed_by_chance_are_counted_apart():
         ]
     )  # fmt: skip
     found = findings.findings(
-        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313, capture=summary
+        SCORES, pd.DataFrame([difference("shuffled", "kappa", 0.1, 0.3)]), SYSTEMS, 0.8313, 0.95, capture=summary
     )
     captured = next(finding for finding in found if finding.claim.startswith("Capture"))
     assert captured.claim == "Capture meets 1 of its 3 goals; 1 more may be missed by chance."

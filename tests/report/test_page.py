@@ -106,6 +106,11 @@ def test_the_page_says_that_a_corpus_is_real_before_any_number(real):
     assert "virtual" not in text.lower().split("how it was made")[0].replace("virtual studio", "")
 
 
+def test_the_notes_of_records_are_shown(virtual):
+    assert "Notes on the records" in virtual.text
+    assert "mixed down to <mono> ada_2, ada_3, ada_4, deniz_1, deniz_2, deniz_3, deniz_4" in virtual.text
+
+
 def test_a_screen_reader_can_follow(virtual):
     for attrs in virtual.of("svg"):
         assert attrs["role"] == "img"

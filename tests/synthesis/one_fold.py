@@ -12,6 +12,7 @@ from cospeech.motion import skeleton
 from cospeech.synthesis.hsmm.tables import to_tables
 from cospeech.synthesis.registry import registered
 from cospeech.synthesis.session import Driving, Session
+from cospeech.synthesis.speech import Wrong
 from cospeech.synthesis.training import Actor, Truth, fold
 
 SEED = 2012
@@ -90,9 +91,9 @@ class OneFold:
 
     def driving(self, seed=SEED):
         n_frames = round(DURATION_S * MOTION_FPS)
-        return Driving(self.streams, HELD_OUT, FRAME_S, seed, SHARED["shift_s"], MOTION_FPS, n_frames)
+        return Driving(self.streams, HELD_OUT, FRAME_S, seed, Wrong(SHARED["shift_s"]), MOTION_FPS, n_frames)
 
     def everything(self, systems, seed=SEED, **changed):
-        """What every system makes, by name."""
+        """What every system makes in its first draw, by name."""
         session, driving = self.session(**changed), self.driving(seed)
-        return {name: session.synthesise(system, driving) for name, system in systems.items()}
+        return {name: session.synthesise(system, driving)[0] for name, system in systems.items()}

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cospeech.synthesis.declaration import RESERVED, DeclarationError, System
+from cospeech.synthesis.declaration import DRAWS, RESERVED, DeclarationError, System
 
 
 def declare(**changed):
@@ -96,3 +96,12 @@ def test_a_name_is_a_name_in_paths(name):
 def test_tables_next_to_a_model_keep_their_names(table):
     with pytest.raises(DeclarationError, match=table):
         declare(tables={table: "segments"})
+
+
+def test_controls_that_depend_on_chance_are_drawn_repeatedly():
+    system = declare()
+    assert [control.draws for control in system.matched_controls()] == [DRAWS] * 2
+    mover = declare(makes="motion")
+    assert [control.draws for control in mover.matched_controls()] == [1, 1]
+    with pytest.raises(DeclarationError, match="declares 3 draws; only a control"):
+        declare(draws=3)

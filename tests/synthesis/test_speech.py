@@ -8,9 +8,12 @@ from hypothesis import strategies as st
 
 from cospeech.data import segments
 from cospeech.errors import UserError
-from cospeech.synthesis.speech import Streams, driving_speech, frame_labels
+from cospeech.synthesis.declaration import shortest_shifted_s
+from cospeech.synthesis.speech import Streams, Wrong, driving_speeches, frame_labels
 
 FRAME_S = 0.025
+HEAD, TAIL = 12, 6
+ENDS = Wrong(0.2, HEAD * FRAME_S, TAIL * FRAME_S)  # a shift of at least 8 frames
 
 
 def streams(**lengths):
@@ -44,18 +47,23 @@ def check_in_step(speech, every):
     return frames
 
 
+def of_draws(every, record, drive="own", seed=0, wrong=ENDS, draws=1):
+    return driving_speeches(every, record, FRAME_S, drive, seed, wrong, draws)
+
+
 def test_own_speech_is_that_of_the_record():
     every = streams(a=10, b=12)
-    speech = driving_speech(every, "b", FRAME_S)
+    [speech] = of_draws(every, "b")
     assert check_in_step(speech, every).tolist() == list(range(12))
     assert (speech.record, speech.driving_record, speech.shift_s, speech.n_frames) == ("b", "b", 0.0, 12)
     pd.testing.assert_frame_equal(speech.prosody, every.prosody["b"])
+    assert [one.draw for one in of_draws(every, "b", draws=3)] == [0, 1, 2]
 
 
 @given(st.integers(400, 900), st.integers(0, 5000), st.floats(0.1, 5.0))
-def test_shifted_speech_is_the_same_speech_far_enough_away(n_frames, seed, shift_s):
+def test_without_ends_a_shift_is_circular_and_far_enough_in_both_directions(n_frames, seed, shift_s):
     every = streams(a=n_frames, b=30)
-    speech = driving_speech(every, "a", FRAME_S, "shifted", seed, shift_s)
+    [speech] = of_draws(every, "a", "shifted", seed, Wrong(shift_s))
     shift = round(speech.shift_s / FRAME_S)
     assert speech.driving_record == "a"
     assert min(shift, n_frames - shift) >= round(shift_s / FRAME_S)
@@ -64,59 +72,102 @@ def test_shifted_speech_is_the_same_speech_far_enough_away(n_frames, seed, shift
     np.testing.assert_array_equal(speech.labels, np.concatenate([own[shift:], own[:shift]]))
 
 
+LENGTHS = st.integers(HEAD + TAIL + 1, 120)
+
+
+@given(st.integers(HEAD + TAIL + 16, 120), LENGTHS, LENGTHS, st.integers(0, 500))
+def test_the_ends_of_a_record_stay_out_of_the_interior(own, two, three, seed):
+    every = streams(a=own, b=two, c=three)
+    for drive in ("shuffled", "shifted"):
+        for speech in of_draws(every, "a", drive, seed, draws=8):
+            frames, length = check_in_step(speech, every), len(every.labels[speech.driving_record])
+            inside = frames[HEAD : own - TAIL]
+            assert ((inside >= HEAD) & (inside < length - TAIL)).all()
+            # All of the interior in its order, from the shift on.
+            shift = round(speech.shift_s / FRAME_S)
+            expected = HEAD + (np.arange(len(inside)) + shift) % (length - HEAD - TAIL)
+            np.testing.assert_array_equal(inside, expected)
+            np.testing.assert_array_equal(frames[:HEAD], np.arange(HEAD))
+            np.testing.assert_array_equal(frames[-TAIL:], np.arange(length - TAIL, length))
+
+
+@given(st.integers(HEAD + TAIL, 120), st.integers(0, 500))
+def test_eight_different_shifts_spread_over_all_that_are_possible(n_frames, seed):
+    found = [speech.shift_s for speech in of_draws(streams(a=n_frames, b=40), "a", "shifted", seed, draws=8)]
+    inner = n_frames - HEAD - TAIL
+    possible = max(0, inner - 2 * 8 + 1)
+    assert len(found) == len(set(found)) == min(8, possible)
+    frames = np.sort(np.round(np.array(found) / FRAME_S).astype(int))
+    assert ((frames >= 8) & (frames <= inner - 8)).all()
+    if len(frames) == 8:  # one in each eighth, within a frame
+        assert np.abs(np.diff(frames) - possible / 8).max() <= 1
+
+
 @given(st.integers(1, 100), st.integers(0, 5000))
-def test_shuffled_speech_is_that_of_another_record_cut_or_repeated(n_frames, seed):
+def test_without_ends_shuffled_speech_is_that_of_other_records_cut_or_repeated(n_frames, seed):
     every = streams(a=n_frames, b=20, c=70)
-    speech = driving_speech(every, "a", FRAME_S, "shuffled", seed)
-    assert speech.driving_record in ("b", "c")
-    assert speech.shift_s == 0.0
-    source = every.labels[speech.driving_record]
-    assert speech.labels.tolist() == [source[k % len(source)] for k in range(n_frames)]
-    assert check_in_step(speech, every).tolist() == [k % len(source) for k in range(n_frames)]
-    again = driving_speech(every, "a", FRAME_S, "shuffled", seed)
-    assert again.driving_record == speech.driving_record
+    drawn = of_draws(every, "a", "shuffled", seed, Wrong(5.0), draws=8)
+    assert {speech.driving_record for speech in drawn} == {"b", "c"}  # all there are, each once
+    assert len(drawn) == 2
+    for speech in drawn:
+        assert speech.shift_s == 0.0
+        source = every.labels[speech.driving_record]
+        assert speech.labels.tolist() == [source[k % len(source)] for k in range(n_frames)]
+        assert check_in_step(speech, every).tolist() == [k % len(source) for k in range(n_frames)]
+
+
+def test_a_record_that_is_shorter_than_the_ends_is_driven_by_ends():
+    every = streams(a=HEAD + 2, b=40, c=HEAD - 2)
+    [speech] = of_draws(every, "a", "shuffled", draws=8)  # c has no interior, and cannot be a partner
+    assert check_in_step(speech, every).tolist() == [*range(HEAD), 38, 39]
+    for speech in of_draws(every, "c", "shuffled", draws=8):
+        assert check_in_step(speech, every).tolist() == list(range(HEAD - 2))
 
 
 @given(st.sampled_from(["own", "shuffled", "shifted"]), st.integers(0, 500))
 def test_what_drives_a_record_does_not_depend_on_the_kind_of_stream(drive, seed):
     every = streams(a=60, b=20, c=70)
-    both = driving_speech(every, "a", FRAME_S, drive, seed, 0.2)
-    labels = driving_speech(Streams(every.labels), "a", FRAME_S, drive, seed, 0.2)
-    prosody = driving_speech(Streams({}, every.prosody), "a", FRAME_S, drive, seed, 0.2)
-    for one in (labels, prosody):
-        assert (one.driving_record, one.shift_s) == (both.driving_record, both.shift_s)
-    assert labels.prosody is None
-    assert labels.planted is None
-    assert len(prosody.labels) == 0
-    np.testing.assert_array_equal(labels.labels, both.labels)
-    pd.testing.assert_frame_equal(prosody.prosody, both.prosody)
+    both = of_draws(every, "a", drive, seed, draws=8)
+    labels = of_draws(Streams(every.labels), "a", drive, seed, draws=8)
+    prosody = of_draws(Streams({}, every.prosody), "a", drive, seed, draws=8)
+    for one, other, third in zip(both, labels, prosody, strict=True):
+        for kind in (other, third):
+            assert (one.driving_record, one.shift_s, one.draw) == (kind.driving_record, kind.shift_s, kind.draw)
+        assert other.prosody is None
+        assert other.planted is None
+        assert len(third.labels) == 0
+        np.testing.assert_array_equal(other.labels, one.labels)
+        pd.testing.assert_frame_equal(third.prosody, one.prosody)
 
 
 def test_the_streams_themselves_stay_as_they_are():
-    every, fresh = streams(a=30, b=40), streams(a=30, b=40)
+    every, fresh = streams(a=40, b=40), streams(a=40, b=40)
     for drive in ("own", "shuffled", "shifted"):
-        speech = driving_speech(every, "a", FRAME_S, drive, 1, 0.1)
+        [speech] = of_draws(every, "a", drive, 1)
         if drive != "own":
             speech.prosody["intensity"] = 0.0
     for name in ("a", "b"):
         pd.testing.assert_frame_equal(every.prosody[name], fresh.prosody[name])
 
 
-def test_every_other_record_is_drawn_for_some_seed():
-    every = streams(a=5, b=5, c=5, d=5)
-    drawn = {driving_speech(every, "a", FRAME_S, "shuffled", seed).driving_record for seed in range(40)}
+def test_every_other_record_and_many_shifts_are_drawn_first_for_some_seed():
+    every = streams(a=60, b=30, c=30, d=30)
+    drawn = {of_draws(every, "a", "shuffled", seed)[0].driving_record for seed in range(40)}
     assert drawn == {"b", "c", "d"}
+    assert len({of_draws(every, "a", "shifted", seed)[0].shift_s for seed in range(60)}) > 15
 
 
-def test_a_record_too_short_to_be_shifted_is_named():
-    with pytest.raises(UserError, match=r"record a: its 9.975 s are too short for a shift of 5 s .*shift_s"):
-        driving_speech(streams(a=399, b=500), "a", FRAME_S, "shifted", 0, 5.0)
-    assert driving_speech(streams(a=400, b=500), "a", FRAME_S, "shifted", 0, 5.0).shift_s == 5.0
+def test_a_record_too_short_to_be_shifted_is_left_out():
+    wrong = Wrong(5.0, 3.0, 1.5)
+    assert shortest_shifted_s(*wrong) == 14.5
+    every = streams(a=579, b=580)
+    assert of_draws(every, "a", "shifted", 0, wrong) == []
+    [speech] = of_draws(every, "b", "shifted", 0, wrong, draws=8)
+    assert speech.shift_s == 5.0
 
 
-def test_the_only_record_of_an_actor_cannot_be_shuffled():
-    with pytest.raises(UserError, match="record a: its actor has no other record"):
-        driving_speech(streams(a=50), "a", FRAME_S, "shuffled")
+def test_the_only_record_of_an_actor_has_no_partner():
+    assert of_draws(streams(a=50), "a", "shuffled") == []
 
 
 def test_frame_labels_need_segments_without_gaps():

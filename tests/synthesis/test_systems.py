@@ -30,7 +30,7 @@ from cospeech.motion import skeleton
 from cospeech.synthesis.hsmm import model as hsmm_model
 from cospeech.synthesis.interface import Method, Speech, Training
 from cospeech.synthesis.session import Driving, Session, Trained, method_of, synthesise
-from cospeech.synthesis.speech import Streams
+from cospeech.synthesis.speech import Streams, Wrong
 from cospeech.synthesis.training import fold
 
 SYSTEMS = all_systems()
@@ -110,7 +110,7 @@ def test_equal_seeds_give_equal_phrases_and_another_seed_gives_others(one_fold, 
 def test_a_matched_control_is_its_system_on_the_wrong_speech(one_fold, made, name):
     control, session, driving = SYSTEMS[name], one_fold.session(), one_fold.driving()
     method, model = session.trained(SYSTEMS[control.decoder])
-    speech = driving.speech(control)
+    speech = driving.speeches(control)[0]
     assert speech.driving_record == HELD_OUT if control.drive == "shifted" else speech.driving_record != HELD_OUT
     assert not np.array_equal(speech.labels, one_fold.streams.labels[HELD_OUT])
     pd.testing.assert_frame_equal(method.synthesise(model, speech, SEED).phrases, made[name].phrases)
@@ -126,7 +126,7 @@ def test_controls_of_all_decoders_are_driven_by_the_same_wrong_speech(made):
 @pytest.mark.parametrize("name", ["prior", "random", "clock", "majority", "another"])
 def test_controls_without_speech_depend_on_its_length_only(one_fold, made, name):
     method, model = one_fold.session().trained(SYSTEMS[name])
-    speech = one_fold.driving().speech(SYSTEMS[name])
+    speech = one_fold.driving().speeches(SYSTEMS[name])[0]
     reversed_speech = Speech(HELD_OUT, FRAME_S, N_FRAMES, labels=speech.labels[::-1].copy())
     assert method.synthesise(model, reversed_speech, SEED).phrases.equals(made[name].phrases)
 
@@ -170,7 +170,7 @@ def check_round_trip(one_fold, system, folder):
     assert set(twice) == set(found)
     for name in found:
         assert (folder / f"first/{name}.parquet").read_bytes() == (folder / f"second/{name}.parquet").read_bytes()
-    speech = driving.speech(system)
+    speech = driving.speeches(system)[0]
     for seed in (SEED, 1):
         before, after = (synthesise(system, Trained(method, one), speech, seed) for one in (model, read))
         for one, other in zip(before, after, strict=True):
@@ -217,10 +217,10 @@ def test_any_records_make_models_that_survive_their_tables(records, spoken, n_fr
     session = Session(training, SHARED | {"max_duration_s": 1.0}, {})
     for name, system in SYSTEMS.items():
         if system.drive == "own" and "truth" not in system.needs:
-            made = session.synthesise(system, driving)
+            made = session.synthesise(system, driving)[0]
             method = method_of(system)
             read = method.from_tables(session.tables(system))
-            again = method.synthesise(read, driving.speech(system), seed)
+            again = method.synthesise(read, driving.speeches(system)[0], seed)
             pd.testing.assert_frame_equal(made.phrases, again.phrases)
             assert made.phrases["end_frame"].iloc[-1] == n_frames, name
 
@@ -302,7 +302,7 @@ def small(n_frames, **streams):
 
 
 def spelled(name, training, streams):
-    made = Session(training, SHARED, {}).synthesise(SYSTEMS[name], Driving(streams, "held", FRAME_S, SEED))
+    [made] = Session(training, SHARED, {}).synthesise(SYSTEMS[name], Driving(streams, "held", FRAME_S, SEED))
     return "".join(segments.to_labels(made.phrases)), made.phrases
 
 
@@ -400,7 +400,7 @@ def test_a_record_of_one_gesture_and_a_record_of_one_sound_go_through():
         session = Session(training, SHARED | {"emission_weights": [0.2, 1.0], "censoring": "right"}, {})
         for name, system in SYSTEMS.items():
             if "truth" not in system.needs:
-                made = session.synthesise(system, Driving(streams, "r0", FRAME_S, SEED, 5.0))
+                made = session.synthesise(system, Driving(streams, "r0", FRAME_S, SEED, Wrong(5.0)))[0]
                 segments.check(made.phrases, name)
                 assert made.phrases["end_frame"].iloc[-1] == 1200
 
@@ -423,7 +423,7 @@ def test_the_oracle_decodes_planted_prosody_with_planted_parameters():
     assert model.weight in weights
     assert model.hsmm.durations.min() >= 0.9e-6
     np.testing.assert_allclose(model.hsmm.transitions, actor.process(0.8).transitions, atol=1e-5)
-    made = session.synthesise(SYSTEMS["oracle"], Driving(streams, HELD_OUT, FRAME_S, SEED))
+    [made] = session.synthesise(SYSTEMS["oracle"], Driving(streams, HELD_OUT, FRAME_S, SEED))
     assert made.phrases["end_frame"].iloc[-1] == N_FRAMES - 1
     actual = segments.resample(gestures[gestures["record"] == HELD_OUT], N_FRAMES - 1, 1 / FRAME_S)
     right = segments.to_labels(made.phrases) == segments.to_labels(actual)

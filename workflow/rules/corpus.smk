@@ -93,6 +93,9 @@ rule records:
         annotations=f"{RESULTS}/corpus/annotations.parquet",
     output:
         records=f"{RESULTS}/corpus/records.parquet",
+    params:
+        shortest_s=SHORTEST_S,
+        shift_s=SYNTHESIS["shift_s"],
     message:
         "table of records"
     script:

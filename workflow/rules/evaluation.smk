@@ -1,11 +1,9 @@
 # Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
 
-# Phrases that lie in files of their own: those of systems of other packages, and those that are seen in motion. Other
-# systems of a record share a table.
-WITH_CONTROLS = [name for system in APART for name in [system, *SYSTEMS[system].controls]]
-OWN_FILES = [(system, "planned", "phrases.parquet") for system in makers(WITH_CONTROLS, "phrases")]
-if "motion" in BRINGS:
-    OWN_FILES += [(system, "seen", "phrases_seen.parquet") for system in [*ANIMATED, ORIGINAL]]
+# Phrases that are seen in motion lie in files of their own. Those that are planned share a table for each record, except
+# that a system of another package and its controls have one of their own.
+SEEN = [*ANIMATED, ORIGINAL] if "motion" in BRINGS else []
+PLANNED_APART = makers(APART, "phrases")
 
 # How a synthesised record is compared with the actual one.
 SCORING = {
@@ -21,16 +19,18 @@ SCORING = {
 rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-        planned=expand(PLANNED, record=RECORDS),
+        planned=[
+            path for table in [PLANNED, *map(planned_apart, PLANNED_APART)] for path in expand(table, record=RECORDS)
+        ],
         swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
-        others=[path for system, _, name in OWN_FILES for path in expand(made_by(system, name), record=RECORDS)],
+        seen=[path for system in SEEN for path in expand(made_by(system, "phrases_seen.parquet"), record=RECORDS)],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
     params:
         actors={record: actor_of(record) for record in RECORDS},
-        others=[
-            (system, variant_of(system), record, phrases) for system, phrases, _ in OWN_FILES for record in RECORDS
-        ],
+        apart=[(system, variant_of(system), record) for system in PLANNED_APART for record in RECORDS],
+        seen=[(system, variant_of(system), record) for system in SEEN for record in RECORDS],
+        decoders={name: system.decoder for name, system in SYSTEMS.items() if system.drive != "own"},
         rules=SCORING,
     message:
         f"scores of {len(RECORDS)} records by {len(SYSTEMS)} systems"

@@ -65,7 +65,7 @@ def params_of(systems, apart):
         "own": own_settings(systems),
         "labels": config["phrases"]["gesture"]["labels"],
         "symbols": list(prosody_labels(MAIN.clusters)),
-        "shift_s": SYNTHESIS["shift_s"],
+        "wrong": {"shift_s": SYNTHESIS["shift_s"], **config["evaluation"]["interior"]},
         "frame_s": config["speech"]["frame_s"],
         "seed": config["seed"],
         "method_code": code_hash.modules_hash(
@@ -106,7 +106,7 @@ for name in APART:
         output:
             made=[made_by(system, f"{SYSTEMS[system].makes}.parquet") for system in [name, *SYSTEMS[name].controls]],
             decoding=[made_by(system, "decoding.parquet") for system in [name, *SYSTEMS[name].controls]],
-            planned=[],
+            planned=[planned_apart(name)] if SYSTEMS[name].makes == "phrases" else [],
         params:
             **params_of([name, *SYSTEMS[name].controls], apart=True),
             actor=actor_of_fold,

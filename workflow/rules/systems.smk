@@ -2,7 +2,7 @@
 
 # ORIGINAL is not a system, but the record's own motion, labelled like that of the systems. It is the best that a system
 # can reach where it is judged by its motion.
-from cospeech.synthesis.declaration import ORIGINAL
+from cospeech.synthesis.declaration import ORIGINAL, shortest_shifted_s
 
 SYNTHESIS = config["synthesis"]
 ANIMATION = config["animation"]
@@ -42,6 +42,13 @@ TOGETHER = [name for name in SYSTEMS if not CHOSEN.apart(name)]
 APART = [name for name, system in SYSTEMS.items() if CHOSEN.apart(name) and system.drive == "own"]
 SWEPT = [name for name in TOGETHER if SYSTEMS[name].swept and SYSTEMS[name].drive == "own"]
 
+# The duration of the shortest record that can be driven by its own speech at another moment. Prosody frames of sound end
+# where their windows end.
+SHORTEST_S = None
+if any(system.drive == "shifted" for system in SYSTEMS.values()):
+    SHORTEST_S = shortest_shifted_s(SYNTHESIS["shift_s"], **config["evaluation"]["interior"])
+    SHORTEST_S += config["speech"]["window_s"] - config["speech"]["frame_s"] if "audio" in BRINGS else 0.0
+
 # The systems that are animated: those of the configuration, and all that make motion.
 ANIMATED = [name for name in SYSTEMS if name in ANIMATION["systems"] or SYSTEMS[name].makes == "motion"]
 ANIMATED_TOGETHER = [name for name in ANIMATED if not CHOSEN.apart(name)]
@@ -69,6 +76,13 @@ SHOWN = [
 # The phrases of all systems that share a job. This table is declared as an output of the job, and so are the phrases of
 # the systems that are animated; each declared file adds a tenth to the planning time of a job.
 PLANNED = f"{RESULTS}/evaluation/planned/{{record}}.parquet"
+
+
+def planned_apart(system):
+    """The phrases of a system of another package and of its controls, with all draws of these."""
+    return f"{RESULTS}/evaluation/planned/{system}/{{record}}.parquet"
+
+
 WRITTEN_WITH = {
     made_by(system, "phrases.parquet").format(record=record): PLANNED.format(record=record)
     for system in makers(TOGETHER, "phrases")

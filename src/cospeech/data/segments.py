@@ -6,6 +6,8 @@ A segment is half-open, [start, end). Frame k of a sequence with rate f covers [
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
@@ -21,6 +23,16 @@ Spans = list[tuple[float, float, str]]
 def frame_times(n_frames: int, fps: float) -> npt.NDArray[np.float64]:
     """Return the centres of the frames in seconds, (n_frames,)."""
     return np.asarray((np.arange(n_frames) + 0.5) / fps, dtype=np.float64)
+
+
+def interior(n_frames: int, frame_s: float, head_s: float, tail_s: float) -> tuple[int, int]:
+    """Return the first frame of a record's interior and the first frame after it; equal if there is no interior.
+
+    The interior leaves out the first ``head_s`` and the last ``tail_s`` seconds, rounded up to whole frames.
+    """
+    head, tail = (math.ceil(length_s / frame_s - 1e-6) for length_s in (head_s, tail_s))
+    first = min(n_frames, head)
+    return first, max(first, n_frames - tail)
 
 
 def from_starts(record: str, starts: npt.ArrayLike, labels: npt.ArrayLike, n_frames: int, fps: float) -> pd.DataFrame:

@@ -76,15 +76,17 @@ class Scored(NamedTuple):
     variant: str
     record: str
     phrases: str
+    draw: int = 0
 
 
 def planned(tables: Iterable[pd.DataFrame]) -> dict[Scored, pd.DataFrame]:
-    """Return the phrases of each system, variant and record in tables of schema ``planned_phrases``."""
-    return {
-        Scored(str(system), str(variant), str(record), "planned"): own
-        for table in tables
-        for (system, variant, record), own in table.groupby(["system", "variant", "record"], sort=False)
-    }
+    """Return the phrases of each system, variant, record and draw in tables of schema ``planned_phrases``."""
+    found = {}
+    for table in tables:
+        for key, own in table.groupby(["system", "variant", "record", "draw"], sort=False):
+            system, variant, record, draw = key
+            found[Scored(str(system), str(variant), str(record), "planned", int(str(draw)))] = own
+    return found
 
 
 def table(
@@ -92,34 +94,44 @@ def table(
     actual: Mapping[str, pd.DataFrame],
     actors: Mapping[str, str],
     rules: Rules,
+    decoders: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
-    """Return the table ``record_scores``.
+    """Return the table ``record_scores``, record by record.
 
-    A system that made nothing of one record (it failed) is left out altogether: its mean over the other records could
-    not be compared with those of other systems.
+    A system that made nothing of one record (it failed) is left out altogether, with its matched controls: its mean
+    over the other records could not be compared with those of other systems. A matched control may leave out records
+    that are too short for it; differences are then those of the records that both sides have.
 
     Parameters
     ----------
     synthesised : segment tables. actual : the actual segment table of each record. actors : the actor of each record.
+    decoders : the system whose decoder each matched control runs.
     """
-    failed = {one.system for one, made in synthesised.items() if len(made) == 0}
-    real = {record: phrases(own, rules) for record, own in actual.items()}
-    rows: list[dict[str, Any]] = []
+    owner = decoders or {}
+    failed = {one.system for one, made in synthesised.items() if len(made) == 0 and one.system not in owner}
+    of_record: dict[str, list[Scored]] = {record: [] for record in actors}
     for one, made in synthesised.items():
-        if one.system not in failed:
-            origin = one._asdict() | {"actor": actors[one.record]}
-            rows += [origin | row for row in record_scores(real[one.record], phrases(made, rules), rules)]
-    return pd.DataFrame(rows)
+        if len(made) and one.system not in failed and owner.get(one.system) not in failed:
+            of_record[one.record].append(one)
+    found = []
+    for record, systems in of_record.items():
+        rows: list[dict[str, Any]] = []
+        real = phrases(actual[record], rules)
+        for one in systems:
+            origin = one._asdict() | {"actor": actors[record]}
+            rows += [origin | row for row in record_scores(real, phrases(synthesised[one], rules), rules)]
+        found.append(pd.DataFrame(rows))
+    return pd.concat(found, ignore_index=True)
 
 
 def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[dict[str, Any]]:
     """Return every measure of one record, one row each (and for S one row a gesture and bin width).
 
-    The *whole* is the whole record: every phrase, and every boundary, that at 0 too, as in the thesis. The
+    The *whole* is the whole record: every phrase, and every boundary, including the one at 0, as in the thesis. The
     *interior* leaves out the first ``head_s`` and the last ``tail_s``, where records resemble one another whatever
-    is said: it takes the durations of phrases that lie in it wholly, the boundaries in it, and the frames in it. A
-    boundary in the interior is still measured against the nearest actual boundary anywhere, but for the trivial one
-    at 0. Where the sequences differ in length, the actual one is cut or its last phrase prolonged.
+    is said. It consists of the durations of phrases that lie in it completely, the boundaries in it, and the frames
+    in it. A boundary in the interior is still compared with the nearest actual boundary anywhere, except for the
+    trivial one at 0. If the sequences differ in length, the actual one is cut, or its last phrase is prolonged.
 
     Returns
     -------
@@ -131,7 +143,9 @@ def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[d
     frame_labels = [np.repeat(side.labels, np.diff(side.starts)) for side in (actual, synthesised)]
     rows: list[dict[str, Any]] = []
     for part in PARTS:
-        low, high = _window(part, n_frames, rules)
+        low, high = 0, n_frames
+        if part == "interior":
+            low, high = segments.interior(n_frames, rules.frame_s, rules.head_s, rules.tail_s)
         common = {"part": part, "duration_s": (high - low) * rules.frame_s}
         rows += [common | row for row in _similarities(actual, synthesised, low, high, rules)]
         a, s = (_starts_in(side, low, high) * rules.frame_s for side in (actual, synthesised))
@@ -153,14 +167,6 @@ def _fit(sequence: Phrases, n_frames: int) -> Phrases:
     """Return the sequence with ``n_frames`` frames."""
     kept = sequence.starts[:-1] < n_frames
     return Phrases(np.append(sequence.starts[:-1][kept], n_frames), sequence.labels[kept])
-
-
-def _window(part: str, n_frames: int, rules: Rules) -> tuple[int, int]:
-    """Return the first frame of the part and the first after it."""
-    if part == "whole":
-        return 0, n_frames
-    low = min(n_frames, math.ceil(rules.head_s / rules.frame_s - 1e-6))
-    return low, max(low, n_frames - math.ceil(rules.tail_s / rules.frame_s - 1e-6))
 
 
 def _starts_in(sequence: Phrases, low: int, high: int) -> Integers:

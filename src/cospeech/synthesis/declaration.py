@@ -27,10 +27,18 @@ RESERVED = (
 )
 """Names of tables that lie next to those of a model, which a model can therefore not use."""
 
+DRAWS = 8
+"""The number of other records, or shifts of its own speech, that drive a matched control, if there are as many."""
+
 WRONG_SPEECH: dict[Drive, str] = {
     "shuffled": "another record's speech",
     "shifted": "own speech, shifted",
 }
+
+
+def shortest_shifted_s(shift_s: float, head_s: float, tail_s: float) -> float:
+    """Return the duration of the shortest speech whose interior can be shifted by ``shift_s`` in either direction."""
+    return 2 * shift_s + head_s + tail_s
 
 
 class DeclarationError(ValueError):
@@ -66,6 +74,7 @@ class System:
     live : whether it can run frame by frame as speech is heard (see ``live.LiveMethod``).
     decoder : name of the system that the method belongs to: its own name, except for matched controls.
     drive : the speech that drives it.
+    draws : how often a control that depends on chance synthesises each record. Its scores are averages over draws.
 
     Raises
     ------
@@ -89,6 +98,7 @@ class System:
     live: bool = False
     decoder: str = ""
     drive: Drive = "own"
+    draws: int = 1
 
     def __post_init__(self) -> None:
         if not (isinstance(self.name, str) and re.fullmatch(NAME, self.name)):
@@ -116,6 +126,10 @@ class System:
                 raise DeclarationError(f"declares a table '{table}' of its model; the name is reserved, use another")
             if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
                 raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
+        if self.draws < 1 or (self.draws > 1 and (self.role != "control" or self.makes != "phrases")):
+            raise DeclarationError(
+                f"declares {self.draws} draws; only a control that makes phrases can have more than one"
+            )
         if not self.method:
             raise DeclarationError(
                 "declares no method; give the import path of the module that trains and synthesises"
@@ -144,8 +158,11 @@ class System:
 
     def matched_controls(self) -> list[System]:
         """Return the controls that run this system's decoder on the wrong speech."""
+        draws = DRAWS if self.makes == "phrases" else 1
         return [
-            replace(self, name=name, title=f"{self.title}: {what}", role="control", controls=(), drive=drive)
+            replace(
+                self, name=name, title=f"{self.title}: {what}", role="control", controls=(), drive=drive, draws=draws
+            )
             for name, (drive, what) in zip(self.controls, WRONG_SPEECH.items(), strict=False)
         ]
 
@@ -154,5 +171,5 @@ _TYPES: dict[str, type] = {
     **dict.fromkeys(("title", "method", "source", "shares", "schemas"), str),
     **dict.fromkeys(("needs", "controls"), tuple),
     **dict.fromkeys(("tables", "settings"), Mapping),
-    "order": int,
+    **dict.fromkeys(("order", "draws"), int),
 }

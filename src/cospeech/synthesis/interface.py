@@ -78,7 +78,8 @@ class Speech:
     prosody : prosody table of T rows, or None. Its times are those of the record, whatever record drives it.
     planted : (T,) planted prosody label of every frame, or None.
     driving_record : the record that the speech comes from.
-    shift_s : circular shift: the speech starts at second ``shift_s`` of the driving record.
+    shift_s : circular shift of the interior of the driving record (see ``speech.sources``).
+    draw : which draw of a control that depends on chance this is, counted from 0.
     motion_fps, n_motion_frames : frame rate and length of the motion to return, for systems that make motion.
     """
 
@@ -90,6 +91,7 @@ class Speech:
     planted: Labels | None = None
     driving_record: str = ""
     shift_s: float = 0.0
+    draw: int = 0
     motion_fps: float = 0.0
     n_motion_frames: int = 0
 
@@ -131,7 +133,8 @@ class Method(Protocol):
 def decoding(speech: Speech, **values: Any) -> pd.DataFrame:
     """Return the row of schema ``decoding`` for a record; values that are not given are null."""
     columns = ("log_score", "emission_weight", "censoring", "driving_record", "shift_s", "failure")
-    return pd.DataFrame({"record": [speech.record]} | {name: [values.get(name)] for name in columns})
+    given = {name: [values.get(name)] for name in columns}
+    return pd.DataFrame({"record": [speech.record], "draw": [speech.draw]} | given)
 
 
 def phrases_of(speech: Speech, starts: npt.ArrayLike, labels: npt.ArrayLike) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from cospeech.synthesis import live
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Method, Model, Speech, Synthesis, Training, decoding
 from cospeech.synthesis.registry import settings_of
-from cospeech.synthesis.speech import Streams, driving_speech
+from cospeech.synthesis.speech import Streams, Wrong, driving_speeches
 
 log = logging.getLogger("cospeech")
 
@@ -38,7 +38,7 @@ class Driving(NamedTuple):
     Attributes
     ----------
     streams : speech of the actor's records. record : the record to synthesise. frame_s : prosody frame in seconds.
-    seed : the run's seed. shift_s : smallest shift of the control that is driven by its own, shifted speech.
+    seed : the run's seed. wrong : how matched controls are driven by the wrong speech.
     motion_fps, n_motion_frames : the record's motion, for systems that make motion.
     """
 
@@ -46,14 +46,16 @@ class Driving(NamedTuple):
     record: str
     frame_s: float
     seed: int
-    shift_s: float = 0.0
+    wrong: Wrong = Wrong(0.0)
     motion_fps: float = 0.0
     n_motion_frames: int = 0
 
-    def speech(self, system: System) -> Speech:
-        """Return the speech that drives a system."""
-        speech = driving_speech(self.streams, self.record, self.frame_s, system.drive, self.seed, self.shift_s)
-        return replace(speech, motion_fps=self.motion_fps, n_motion_frames=self.n_motion_frames)
+    def speeches(self, system: System) -> list[Speech]:
+        """Return the speech that drives a system, once per draw; none if a matched control leaves the record out."""
+        drawn = driving_speeches(
+            self.streams, self.record, self.frame_s, system.drive, self.seed, self.wrong, system.draws
+        )
+        return [replace(speech, motion_fps=self.motion_fps, n_motion_frames=self.n_motion_frames) for speech in drawn]
 
 
 def method_of(system: System) -> Method:
@@ -105,19 +107,24 @@ class Session:
             )
         return found
 
-    def synthesise(self, system: System, driving: Driving) -> Synthesis:
-        """Return what a system makes of the speech that drives it; see ``perform``."""
-        return perform(system, self.trained(system), driving.speech(system), driving.seed, self.training.labels)
+    def synthesise(self, system: System, driving: Driving) -> list[Synthesis]:
+        """Return what a system makes of the speech that drives it, once per draw; see ``perform``."""
+        trained = self.trained(system)
+        return [
+            perform(system, trained, speech, driving.seed, self.training.labels)
+            for speech in driving.speeches(system)
+        ]
 
-    def attempt(self, system: System, driving: Driving) -> Synthesis:
+    def attempt(self, system: System, driving: Driving) -> list[Synthesis]:
         """Return what a system of another package makes; if it or its model is wrong, nothing, with the reason."""
-        speech = driving.speech(system)
+        speeches = driving.speeches(system)
         try:
-            made = perform(system, self.trained(system), speech, driving.seed, self.training.labels)
+            made = self.synthesise(system, driving)
             self.tables(system)
-            self._check_units(system, made)
+            for one in made:
+                self._check_units(system, one)
         except UserError as error:
-            return nothing(system, speech, str(error))
+            return [nothing(system, speech, str(error)) for speech in speeches[:1]]
         return made
 
     def _check_units(self, system: System, made: Synthesis) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,6 @@ import pandas as pd
 from cospeech.data import segments
 from cospeech.data.arrays import Integers, Labels
 from cospeech.data.rng import random_source
-from cospeech.errors import UserError
 from cospeech.synthesis.declaration import Drive
 from cospeech.synthesis.interface import Speech
 
@@ -43,49 +43,114 @@ def frame_labels(prosody: pd.DataFrame) -> dict[str, Labels]:
     return labels
 
 
-def driving_frames(
-    lengths: Mapping[str, int], record: str, drive: Drive, frame_s: float, seed: int, shift_s: float
-) -> tuple[str, Integers, float]:
-    """Return which frames of which record drive ``record``: the driving record, its frames (T,), and the shift.
+class Wrong(NamedTuple):
+    """How the matched controls of a record are driven by the wrong speech.
+
+    Attributes
+    ----------
+    shift_s : smallest shift of a record's own speech in either direction.
+    head_s, tail_s : the ends of a record, which scores of its interior leave out.
+    """
+
+    shift_s: float
+    head_s: float = 0.0
+    tail_s: float = 0.0
+
+
+class Source(NamedTuple):
+    """Where driving speech comes from: a record, its frames (T,), and the shift of its interior in seconds."""
+
+    record: str
+    frames: Integers
+    shift_s: float = 0.0
+
+
+def sources(
+    lengths: Mapping[str, int], record: str, drive: Drive, frame_s: float, seed: int, wrong: Wrong, draws: int
+) -> list[Source]:
+    """Return where the speech that drives ``record`` comes from, one source per draw.
+
+    ``own`` is the record's own speech in every draw, ``shuffled`` that of a different other record in each, and
+    ``shifted`` its own, shifted circularly by a different time of at least ``wrong.shift_s`` in either direction.
+    There are fewer draws if there are fewer other records, or fewer shifts.
+
+    Wrong speech never carries the ends of a record into the interior that is scored, where pauses and resting hands
+    at both ends would go together at the wrong moment: the interior of a record is driven by the interior of its own
+    or the other record, shifted circularly or repeated to length, and its ends are driven by the corresponding ends.
 
     Parameters
     ----------
     lengths : length in frames of each record of the actor.
-    drive : ``own``; ``shuffled``: another record drawn at random, cut or repeated to length; ``shifted``: own speech,
-        shifted circularly by a random time of at least ``shift_s`` in either direction. What is drawn depends only on
-        the seed and the record, so that the matched controls of all systems are driven by the same speech.
+    seed : seed of the run. What is drawn depends only on it and on the record, so that the matched controls of all
+        systems are driven by the same speech.
 
-    Raises
-    ------
-    UserError : if the record is too short for the shift, or is the only one of the actor.
+    Returns
+    -------
+    Sources; none if the record is too short to be shifted, or if no other record has an interior.
     """
-    own = lengths[record]
+    n_frames = lengths[record]
+    if drive == "own":
+        return [Source(record, np.arange(n_frames))] * draws
+    rng = random_source(seed, record, drive)
+
+    def interior(name: str) -> tuple[int, int]:
+        return segments.interior(lengths[name], frame_s, wrong.head_s, wrong.tail_s)
+
+    place = interior(record)
     if drive == "shuffled":
-        names = [name for name in lengths if name != record]
-        if not names:
-            raise UserError(f"record {record}: its actor has no other record whose speech could drive it; add one")
-        name = names[random_source(seed, record, drive).integers(len(names))]
-        return name, np.resize(np.arange(lengths[name]), own), 0.0
-    if drive == "shifted":
-        least = round(shift_s / frame_s)
-        if own < 2 * least:
-            raise UserError(
-                f"record {record}: its {own * frame_s:g} s are too short for a shift of {shift_s:g} s "
-                "in either direction; lower synthesis.shift_s"
-            )
-        frames = int(random_source(seed, record, drive).integers(least, own - least, endpoint=True))
-        return record, np.roll(np.arange(own), -frames), frames * frame_s
-    return record, np.arange(own), 0.0
+        others = [name for name in lengths if name != record and interior(name)[0] < interior(name)[1]]
+        chosen = [others[k] for k in rng.permutation(len(others))[:draws]]
+        return [Source(name, _in_place(n_frames, place, lengths[name], interior(name), 0)) for name in chosen]
+    least = round(wrong.shift_s / frame_s)
+    possible = place[1] - place[0] - 2 * least + 1
+    n_shifts = max(0, min(draws, possible))
+    # Spread evenly over all possible shifts, in random order.
+    shifts = least + np.floor((rng.uniform() + rng.permutation(n_shifts)) * possible / max(1, n_shifts))
+    return [
+        Source(record, _in_place(n_frames, place, n_frames, place, int(shift)), int(shift) * frame_s)
+        for shift in shifts
+    ]
 
 
-def driving_speech(
-    streams: Streams, record: str, frame_s: float, drive: Drive = "own", seed: int = 0, shift_s: float = 0.0
-) -> Speech:
-    """Return the speech that drives ``record``; see ``driving_frames``."""
+def _in_place(
+    n_frames: int, place: tuple[int, int], n_source: int, interior: tuple[int, int], shift: int
+) -> Integers:
+    """Return the frame of a source that drives each frame of a record: interior by interior, end by end.
+
+    Parameters
+    ----------
+    n_frames, place : length of the record, and the first frame of its interior and the first frame after it.
+    n_source, interior : the same of the source, whose interior has at least one frame.
+    shift : circular shift of the source's interior in frames.
+    """
+    frames = np.arange(n_frames)
+    inner = interior[0] + (frames - place[0] + shift) % (interior[1] - interior[0])
+    ends = np.where(frames < place[0], frames, frames - n_frames + n_source)
+    return np.where((frames >= place[0]) & (frames < place[1]), inner, ends)
+
+
+def driving_speeches(
+    streams: Streams,
+    record: str,
+    frame_s: float,
+    drive: Drive = "own",
+    seed: int = 0,
+    wrong: Wrong = Wrong(0.0),  # noqa: B008
+    draws: int = 1,
+) -> list[Speech]:
+    """Return the speech that drives ``record``, once per draw; see ``sources``."""
     names = streams.labels if streams.labels else streams.prosody
     lengths = {name: streams.n_frames(name) for name in names}
-    name, frames, shift = driving_frames(lengths, record, drive, frame_s, seed, shift_s)
-    speech = Speech(record, frame_s, len(frames), driving_record=name, shift_s=shift)
+    drawn = sources(lengths, record, drive, frame_s, seed, wrong, draws)
+    return [
+        _speech(streams, source, Speech(record, frame_s, lengths[record], draw=draw), drive)
+        for draw, source in enumerate(drawn)
+    ]
+
+
+def _speech(streams: Streams, source: Source, silent: Speech, drive: Drive) -> Speech:
+    name, frames, frame_s = source.record, source.frames, silent.frame_s
+    speech = replace(silent, driving_record=name, shift_s=source.shift_s)
     if name in streams.labels:
         speech = replace(speech, labels=streams.labels[name][frames])
     if name in streams.prosody:

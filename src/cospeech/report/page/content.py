@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from cospeech.report.exhibits.run import Run
-from cospeech.report.page import provenance, sections
+from cospeech.report.page import notes, provenance, sections
 from cospeech.report.page.findings import findings
 from cospeech.report.page.sections import Shown
 from cospeech.report.scores import at_main
@@ -55,6 +55,7 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         tables["differences"],
         run.systems,
         best_published_s=run.published["fig-7.2a"]["best_S"],
+        level=config["evaluation"]["bootstrap"]["level"],
         recovery=numbers.get("fig-recovery"),
         motion=numbers.get("fig-motion"),
         capture=numbers.get("table-capture"),
@@ -65,6 +66,7 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
         "findings": found,
         "parts": sections.parts(shown),
+        "notes": notes.grouped(tables["records"]),
         "facts": provenance.facts(config, tables["records"], tables.get("motion_statistics")),
         "links": {one.exhibit.name: one.exhibit.files for one in shown},
     }

@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from cospeech.metrics import bootstrap
 from cospeech.report import words
 from cospeech.report.scores import common_phrases, own_phrases
-from cospeech.report.systems import System, Systems, driven, first_ceiling
+from cospeech.report.systems import System, Systems, driven, first_ceiling, general_controls
 from cospeech.report.words import number
 
 FEWEST_RECORDS = 4
 """The fewest records for which differences between systems are stated."""
+
+STATED = ("kappa", "D")
+"""The measures in which findings compare systems, on the interior of records."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,13 @@ def with_interval(row: pd.Series, name: str = "value", unit: str = "") -> str:
     return f"{text} ({number(row['low'], signed)} to {number(row['high'], signed)})"
 
 
-def verdict(row: pd.Series, better: str) -> str:
-    """Return ``better``, ``worse`` or ``undecided``: undecided if the interval of a difference includes 0."""
-    if not (row["low"] > 0 or row["high"] < 0):
+def verdict(row: pd.Series, better: str, level: float) -> str:
+    """Return ``better``, ``worse`` or ``undecided``.
+
+    A difference is undecided if its interval includes 0, or if its p-value, corrected for the number of comparisons,
+    is above 1 - ``level``.
+    """
+    if not (row["low"] > 0 or row["high"] < 0) or not row["p_corrected"] <= 1 - level:
         return "undecided"
     return "better" if (row["low"] > 0) == (better == "more") else "worse"
 
@@ -47,6 +55,7 @@ def findings(
     differences: pd.DataFrame,
     systems: Systems,
     best_published_s: float,
+    level: float,
     recovery: pd.DataFrame | None = None,
     motion: pd.DataFrame | None = None,
     capture: pd.DataFrame | None = None,
@@ -59,6 +68,7 @@ def findings(
     differences : the table ``differences``.
     systems : all systems.
     best_published_s : S of the best published synthesis.
+    level : level of the intervals; 1 - level is the error rate of all comparisons together.
     recovery : numbers of the exhibit ``fig-recovery``, or None.
     motion : numbers of ``fig-motion``, or None.
     capture : numbers of ``table-capture``, or None.
@@ -68,7 +78,7 @@ def findings(
     paired = common_phrases(differences, systems)
     paired = paired[paired["actor"] == "all"]
     n_records = int(pooled["n_records"].max())
-    found = _compared(pooled, paired, systems) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
+    found = _compared(pooled, paired, systems, level) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
     found += _ceiling(pooled, systems, best_published_s)
     found += _easy_distance(pooled, systems)
     found += [_captured(capture)] if capture is not None else []
@@ -83,15 +93,39 @@ def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
     return table.iloc[0] if len(table) else None
 
 
-def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> list[Finding]:
+def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, level: float) -> list[Finding]:
     """Return what the differences between systems, and between systems and controls, show."""
     scored = set(pooled["system"])
     listening = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
-    found = [_speech(system, pooled, paired, systems) for system in listening]
-    for before, system in pairwise(listening):
-        others = list(dict.fromkeys([listening[0].name, before.name]))
-        found.append(_against(system, [systems[name] for name in others], paired))
-    return [*found, _resolution(pooled, paired, listening)]
+    rivals = {system.name: _controls(system, systems) for system in listening}
+    before = {
+        system.name: list(dict.fromkeys([listening[0].name, previous.name]))
+        for previous, system in pairwise(listening)
+    }
+    table = comparisons(paired, [(one, other) for side in (rivals, before) for one in side for other in side[one]])
+    found = [_speech(system, pooled, table, systems, level) for system in listening]
+    for name, others in before.items():
+        found.append(_against(systems[name], [systems[other] for other in others], table, level))
+    return [*found, _resolution(pooled, paired, listening, int(table["p_value"].notna().sum()))]
+
+
+def _controls(system: System, systems: Systems) -> list[str]:
+    """Return the controls that a system is compared with: its own, then those that belong to no system."""
+    return [*system.controls, *(control.name for control in general_controls(systems))]
+
+
+def comparisons(paired: pd.DataFrame, pairs: list[tuple[str, str]]) -> pd.DataFrame:
+    """Return the differences of some pairs of systems that findings state, with p-values corrected for their number.
+
+    Parameters
+    ----------
+    paired : the table ``differences`` of one actor and one kind of phrases.
+    pairs : a system and the one that it is compared with, for each pair.
+    """
+    stated = paired[(paired["part"] == "interior") & paired["measure"].isin(STATED)].dropna(subset=["difference"])
+    wanted = pd.MultiIndex.from_frame(stated[["system", "other"]]).isin(pairs)
+    chosen = stated[wanted]
+    return chosen.assign(p_corrected=bootstrap.holm(chosen["p_value"].to_numpy(dtype=float)))
 
 
 def _too_few(n_records: int) -> Finding:
@@ -101,61 +135,102 @@ def _too_few(n_records: int) -> Finding:
     )
 
 
-def _speech(system: System, pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems) -> Finding:
-    """Return whether a system does better than its own controls, which are the same system under wrong speech."""
+def _speech(system: System, pooled: pd.DataFrame, compared: pd.DataFrame, systems: Systems, level: float) -> Finding:
+    """Return whether a system does better than its own controls under wrong speech, and than those without speech."""
     own = _row(pooled, system=system.name, measure="kappa", part="interior")
     evidence = [] if own is None else [f"kappa {with_interval(own)} on the interior of records"]
-    verdicts: dict[str, dict[str, str]] = {"kappa": {}, "D": {}}
-    for control in system.controls:
-        speech = systems[control].title.removeprefix(f"{system.title}: ").replace("own speech", "its own speech")
-        compared = []
-        for measure, unit in (("kappa", ""), ("D", " s")):
-            row = _row(paired, system=system.name, other=control, measure=measure, part="interior")
-            if row is not None and row["difference"] == row["difference"]:
-                verdicts[measure][speech] = verdict(row, words.MEASURES[measure].better)
-                compared.append(f"{measure} {with_interval(row, 'difference', unit)}")
-        evidence.append(f"minus the same with {speech}: {', '.join(compared) if compared else 'undefined'}")
-    claim = f"“{system.title}” {_by_kappa(verdicts['kappa'])}. {_by_distance(set(verdicts['D'].values()))}"
+    verdicts: dict[str, dict[str, str]] = {measure: {} for measure in STATED}
+    for name in _controls(system, systems):
+        rows = _stated(compared, system.name, name)
+        for measure, row in rows.items():
+            verdicts[measure][name] = verdict(row, words.MEASURES[measure].better, level)
+        evidence.append(f"minus {_named([name], system, systems)}{_draws(pooled, name)}: {_numbers(rows)}")
+    by_kappa, by_distance = (
+        {kind: [name for name, found in verdicts[measure].items() if found == kind]
+         for kind in ("better", "worse", "undecided")}
+        for measure in STATED
+    )  # fmt: skip
+    claim = f"“{system.title}” {_by_kappa(by_kappa, system, systems)}. {_by_distance(by_distance, system, systems)}"
     return Finding(claim, evidence)
 
 
-def _by_kappa(verdicts: dict[str, str]) -> str:
-    """Return what the differences in kappa show, control by control."""
-    by = {kind: [speech for speech, found in verdicts.items() if found == kind] for kind in ("better", "worse")}
+def _named(controls: list[str], system: System, systems: Systems) -> str:
+    """Return the names of controls for a sentence about a system; its own controls by the speech that drives them."""
+    found = [f"“{systems[name].title}”" for name in controls if name not in system.controls]
+    speech = [systems[name].title.removeprefix(f"{system.title}: ").replace("own speech", "its own speech")
+              for name in controls if name in system.controls]  # fmt: skip
+    return words.joined(found + ([f"the same system driven by {words.joined(speech, 'or')}"] if speech else []))
+
+
+def _stated(compared: pd.DataFrame, system: str, other: str) -> dict[str, pd.Series]:
+    """Return the differences between two systems by measure, as far as they are defined."""
+    rows = {measure: _row(compared, system=system, other=other, measure=measure) for measure in STATED}
+    return {measure: row for measure, row in rows.items() if row is not None}
+
+
+def _numbers(rows: dict[str, pd.Series]) -> str:
+    """Return differences with their intervals and corrected p-values."""
+    return ", ".join(
+        f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}{_p_value(row['p_corrected'])}"
+        for measure, row in rows.items()
+    ) or "undefined"  # fmt: skip
+
+
+def _p_value(value: float) -> str:
+    if value != value:
+        return ""
+    return ", p < 0.001" if value < 0.001 else f", p = {value:.3f}"
+
+
+def _draws(pooled: pd.DataFrame, control: str) -> str:
+    """Return how many draws of each record a control's scores are averaged over, and of how many records."""
+    row = _row(pooled, system=control, measure="kappa", part="interior")
+    if row is None:
+        return ""
+    fewest, most = int(row["fewest_draws"]), int(row["most_draws"])
+    n_records, every = int(row["n_records"]), int(pooled["n_records"].max())
+    found = (
+        []
+        if most == 1
+        else [f"{most} draws per record" if fewest == most else f"{fewest} to {most} draws per record"]
+    )
+    found += [f"{n_records} of {words.counted(every, 'record')}"] if n_records < every else []
+    return f" ({', '.join(found)})" if found else ""
+
+
+def _by_kappa(by: dict[str, list[str]], system: System, systems: Systems) -> str:
+    """Return what the differences in kappa from controls show; ``by`` holds the controls by verdict."""
     if by["worse"]:
-        return f"picks gestures worse than the same system driven by {words.joined(by['worse'], 'or')}"
+        return f"picks gestures worse than {_named(by['worse'], system, systems)}"
     if not by["better"]:
-        return "cannot be distinguished from the same system driven by the wrong speech"
-    undecided = [speech for speech in verdicts if speech not in by["better"]]
-    claim = f"picks gestures better than the same system driven by {words.joined(by['better'], 'or')}"
-    if undecided:
-        claim += f", but cannot be distinguished from it driven by {words.joined(undecided, 'or')}"
+        return "cannot be distinguished from its controls by the gestures that it picks"
+    claim = f"picks gestures better than {_named(by['better'], system, systems)}"
+    if by["undecided"]:
+        claim += f", but cannot be distinguished from {_named(by['undecided'], system, systems)}"
     return claim
 
 
-def _by_distance(verdicts: set[str]) -> str:
-    if verdicts == {"better"}:
+def _by_distance(by: dict[str, list[str]], system: System, systems: Systems) -> str:
+    if by["worse"]:
+        return (
+            f"Its boundaries are further from the actual ones than those of {_named(by['worse'], system, systems)}."
+        )
+    if by["better"] and not by["undecided"]:
         return "Its boundaries are closer to the actual ones, too."
-    if "worse" in verdicts:
-        return "Its boundaries are further from the actual ones than a control's."
     return "Whether its boundaries are closer is undecided."
 
 
-def _against(system: System, others: list[System], paired: pd.DataFrame) -> Finding:
+def _against(system: System, others: list[System], compared: pd.DataFrame, level: float) -> Finding:
     """Return how a system compares with the first one and with its predecessor."""
     named = {"better": "beats", "worse": "does worse than", "undecided": "cannot be distinguished from"}
     clauses, evidence = [], []
     for other in others:
         verdicts: dict[str, list[str]] = {}
-        compared = []
-        for measure in ("kappa", "D"):
-            row = _row(paired, system=system.name, other=other.name, measure=measure, part="interior")
-            if row is None or row["difference"] != row["difference"]:
-                continue
-            verdicts.setdefault(named[verdict(row, words.MEASURES[measure].better)], []).append(measure)
-            compared.append(f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}")
+        rows = _stated(compared, system.name, other.name)
+        for measure, row in rows.items():
+            verdicts.setdefault(named[verdict(row, words.MEASURES[measure].better, level)], []).append(measure)
         clauses += [f"{verb} “{other.title}” in {' and '.join(measures)}" for verb, measures in verdicts.items()]
-        evidence.append(f"minus “{other.title}”: {', '.join(compared) if compared else 'undefined'}")
+        evidence.append(f"minus “{other.title}”: {_numbers(rows)}")
     claim = "; it ".join(clauses) or "cannot be compared with other systems"
     return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"])
 
@@ -196,7 +271,7 @@ def _easy_distance(pooled: pd.DataFrame, systems: Systems) -> list[Finding]:
     ]
 
 
-def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, listening: list[System]) -> Finding:
+def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, listening: list[System], n_compared: int) -> Finding:
     names = [system.name for system in listening]
     controls = {control for system in listening for control in system.controls}
     rows = paired[(paired["measure"] == "kappa") & (paired["part"] == "interior") & paired["system"].isin(names)]
@@ -210,7 +285,8 @@ def _resolution(pooled: pd.DataFrame, paired: pd.DataFrame, listening: list[Syst
         [
             f"typical half-width of the interval of a difference, from {words.counted(n_records, 'record')}",
             "the intervals apply to further records of these actors, not to other actors",
-            "they are not corrected for the number of comparisons",
+            f"intervals are not corrected for the number of comparisons, but p-values are (Holm, "
+            f"{n_compared} comparisons above), and a difference that they do not support is called undecided",
         ],
     )
 

@@ -43,22 +43,53 @@ def banner(
     size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
         return _virtual(config, size, cameras)
+    phrases = _actual_phrases(config, records, annotations)
+    return Banner("real", f"Real recordings: the corpus “{config['corpus']['name']}”.", [f"{size}.", *phrases])
+
+
+def _actual_phrases(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> list[str]:
+    """Return where the phrases of real recordings come from with which scores compare.
+
+    A record without motion was delivered with its gesture phrases. In all others they were found by a gesture model,
+    which learned from annotated examples, or from examples that rules proposed.
+    """
+    delivered = records.loc[records["motion_source"].isna(), "record"]
+    found = []
+    if len(delivered):
+        which = (
+            "The actual phrases" if len(delivered) == len(records) else f"The actual phrases of {_named(delivered)}"
+        )
+        found.append(f"{which}, with which scores compare, were delivered with the corpus.")
+    if len(delivered) < len(records):
+        which = "The actual phrases" if delivered.empty else "The other actual phrases"
+        found.insert(
+            0,
+            f"{_examples(config, records, annotations)} {which}, with which scores compare, were found by a program "
+            "that learned from these examples; nobody checked each of them.",
+        )
+    return found
+
+
+def _examples(config: Config, records: pd.DataFrame, annotations: pd.DataFrame) -> str:
+    """Return where the examples come from that gesture models learned from; rules propose them where others lack."""
+    learned = "The gesture classes were learned from examples"
     count = annotations["origin"].value_counts()
-    examples = ", ".join(f"{count[origin]} {text}" for origin, text in ORIGINS.items() if origin in count)
-    return Banner(
-        "real",
-        f"Real recordings: the corpus “{config['corpus']['name']}”.",
-        [
-            f"{size}. "
-            + (
-                f"The gesture classes were learned from examples: {examples}."
-                if examples
-                else "The corpus came with its gesture phrases."
-            ),
-            "The actual phrases, with which scores compare, were found by a program that learned from those "
-            "examples; nobody checked each of them.",
-        ],
-    )
+    found = ", ".join(f"{count[origin]} {text}" for origin, text in ORIGINS.items() if origin in count)
+    actor_of = records.set_index("record")["actor"]
+    known = set(zip(annotations["record"].map(actor_of), annotations["gesture"], strict=True))
+    gesture = config["phrases"]["gesture"]
+    complete = all((actor, label) in known for actor in actor_of for label in gesture["labels"])
+    if gesture["first_examples"] != "rules" or complete:
+        return f"{learned}: {found}."
+    if not found:
+        return f"{learned} that rules proposed from the joint angles."
+    return f"{learned}: {found}. Where an actor had none of a class, rules proposed examples from the joint angles."
+
+
+def _named(records: pd.Series) -> str:
+    """Return a few records by name, and many by their number."""
+    names = [str(name) for name in records]
+    return words.joined(names) if len(names) <= 8 else words.counted(len(names), "record")
 
 
 def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
@@ -180,10 +211,24 @@ def _scores(config: Config) -> list[tuple[str, str]]:
             f"{evaluation['interior']['head_s']:g} s and the last {evaluation['interior']['tail_s']:g} s of a record",
         ),
         (
+            "controls",
+            "the same system driven by the speech of up to 8 other records of the actor, and by its own speech at up "
+            f"to 8 shifts of at least {config['synthesis']['shift_s']:g} s; random phrases are drawn 8 times. Scores "
+            "are averaged over these draws (systems that make motion themselves: one of each). The interior of a record is driven by the interior of its own or the "
+            "other record, so that the pauses at the ends of records stay at the ends",
+        ),
+        (
             "means and intervals",
             "S: mean over gestures and records; other measures: mean over records, weighted by duration. "
             f"{100 * evaluation['bootstrap']['level']:g} % intervals: {evaluation['bootstrap']['samples']} bootstrap "
-            "samples of records within actors, percentiles widened to correct for few records. Even so, four records "
-            "give little more than their range, which contains the true mean in 87 of 100 cases",
+            "samples of records within actors, and of draws within records, percentiles widened to correct for few "
+            "records. Even so, four records give little more than their range, which contains the true mean in 87 of "
+            "100 cases",
+        ),
+        (
+            "comparisons",
+            "the findings call a difference in kappa or D better or worse if its interval excludes 0 and its p-value "
+            "(t test with the bootstrap standard error), corrected by Holm's method for the number of these "
+            f"comparisons, is at most {1 - evaluation['bootstrap']['level']:g}",
         ),
     ]

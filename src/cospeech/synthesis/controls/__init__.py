@@ -1,6 +1,6 @@
 """Controls and ceilings without a model of speech: what a system has to beat, and the best that it can reach."""
 
-from cospeech.synthesis.declaration import System
+from cospeech.synthesis.declaration import DRAWS, System
 
 SYSTEMS = (
     System(
@@ -12,6 +12,7 @@ SYSTEMS = (
         needs=("gestures",),
         tables={"pool": "segments"},
         order=10,
+        draws=DRAWS,
     ),
     System(
         name="clock",

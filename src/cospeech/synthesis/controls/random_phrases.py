@@ -12,11 +12,15 @@ __all__ = ["from_tables", "synthesise", "to_tables", "train"]
 
 
 def synthesise(model: Pool, speech: Speech, seed: int) -> Synthesis:
-    """Return phrases (label and duration) drawn with replacement from all training phrases; the last one is cut."""
+    """Return phrases (label and duration) drawn with replacement from all training phrases; the last one is cut.
+
+    Each draw of the record continues the random numbers of the one before.
+    """
     rng = random_source(seed, "random", speech.record)
     labels = np.concatenate([table["label"].to_numpy(dtype=object) for table in model.values()])
     lengths = np.concatenate([table["end_frame"] - table["start_frame"] for table in model.values()])
-    drawn = rng.integers(len(labels), size=speech.n_frames)  # enough even if every phrase had one frame
+    # Enough for each draw, even if every phrase had one frame.
+    drawn = rng.integers(len(labels), size=(speech.draw + 1, speech.n_frames))[speech.draw]
     starts = np.cumsum(lengths[drawn]) - lengths[drawn]
     kept = starts < speech.n_frames
     return Synthesis(decoding(speech), phrases_of(speech, starts[kept], labels[drawn[kept]]))

@@ -1,0 +1,78 @@
+"""Notes of records: all of them on the page, readable for few and for many records."""
+
+import pandas as pd
+import pytest
+
+from cospeech.report.page import notes, provenance
+
+
+def table(**of_record):
+    return pd.DataFrame({"record": list(of_record), "note": list(of_record.values())})
+
+
+def test_equal_notes_are_grouped_and_each_of_a_record_stands_alone():
+    found = notes.grouped(table(a="mixed down; voice trimmed by 0.5 s", b=None, c="mixed down"))
+    assert found == [("mixed down", ["a", "c"], False), ("voice trimmed by 0.5 s", ["a"], False)]
+
+
+def test_notes_that_differ_in_numbers_only_are_one_note_with_their_range():
+    found = notes.grouped(
+        table(a="faces 73 degrees, at 48000 Hz", b="faces 9.5 degrees, at 48000 Hz", c="joint spine2")
+    )
+    assert found[0] == ("faces 9.5 to 73 degrees, at 48000 Hz", ["a", "b"], False)
+    assert found[1].text == "joint spine2"  # the number of a name is not a value
+
+
+def test_braces_and_repeated_notes_are_harmless():
+    found = notes.grouped(table(a="as {record} 1 {}; as {record} 1 {}", b="as {record} 2 {}"))
+    assert found == [("as {record} 1 to 2 {}", ["a", "b"], True)]
+
+
+def test_five_hundred_records_take_a_few_lines():
+    many = {f"r{k}": f"voice trimmed by 0.{k:03d} s; " + ("clipped" if k % 2 else "mixed down") for k in range(500)}
+    found = notes.grouped(table(**many))
+    assert [(note.text, len(note.records), note.all, note.folded) for note in found] == [
+        ("voice trimmed by 0.000 to 0.499 s", 500, True, False),
+        ("mixed down", 250, False, True),
+        ("clipped", 250, False, True),
+    ]
+
+
+def test_nothing_is_said_where_nothing_was_adjusted():
+    assert notes.grouped(table(a=None, b=None)) == []
+
+
+CONFIG = {
+    "corpus": {"source": "recorded", "name": "mine"},
+    "phrases": {"gesture": {"first_examples": "annotations", "labels": ["rest", "left"]}},
+}
+RULES = CONFIG | {"phrases": {"gesture": {"first_examples": "rules", "labels": ["rest", "left"]}}}
+RECORDS = pd.DataFrame({"record": ["a", "b"], "actor": "x", "duration_s": 60.0, "motion_source": "bvh"})
+DELIVERED = RECORDS.assign(motion_source=None)
+MIXED = RECORDS.assign(motion_source=["bvh", None])
+NOBODY = pd.DataFrame({"record": [], "gesture": [], "origin": []})
+PERSON = pd.DataFrame({"record": "a", "gesture": ["rest", "left"], "origin": "person"})
+
+
+def said(config, records, annotations):
+    return " ".join(provenance.banner(config, records, annotations).lines)
+
+
+@pytest.mark.parametrize(
+    ("config", "records", "annotations", "says", "silent"),
+    [
+        (CONFIG, RECORDS, PERSON, "from examples: 2 labelled by a person. The actual phrases, with which scores "
+         "compare, were found by a program", ("rules", "delivered")),
+        (RULES, RECORDS, NOBODY, "from examples that rules proposed from the joint angles.", ("delivered",)),
+        (RULES, RECORDS, PERSON, "2 labelled by a person.", ("rules",)),
+        (RULES, RECORDS, PERSON[:1], "1 labelled by a person. Where an actor had none of a class, rules", ()),
+        (CONFIG, DELIVERED, NOBODY, "The actual phrases, with which scores compare, were delivered",
+         ("program", "learned")),
+        (CONFIG, MIXED, PERSON, "The actual phrases of b, with which scores compare, were delivered", ()),
+        (CONFIG, MIXED, PERSON, "The other actual phrases, with which scores compare, were found by a program", ()),
+    ],
+)  # fmt: skip
+def test_where_the_actual_phrases_come_from(config, records, annotations, says, silent):
+    text = said(config, records, annotations)
+    assert says in text
+    assert not any(word in text for word in silent)
