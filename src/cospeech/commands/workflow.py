@@ -35,7 +35,8 @@ REPORT = """\
 Run the workflow, from video and sound to the report.
 
 Everything is written to results/<run> and reports/<run> in the current folder,
-where <run> is named by the configuration. Only what is missing or out of date
+where <run> is named by the configuration. Paths in the configuration are
+relative to the current folder, too. Only what is missing or out of date
 is computed, so an interrupted run continues where it stopped when the command
 is given again."""
 

@@ -81,24 +81,26 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
             stream.thread_type = "NONE"
             size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
             name, colours = stream.format.name, len(stream.format.components)
-            shown, first = [], None
+            shown: list[tuple[bool, float, float]] = []
+            decoded: list[av.VideoFrame] = []
             for packet in container.demux():
-                if packet.stream == stream and first is None:
-                    first = next(iter(packet.decode()), None)
+                if packet.stream == stream and not decoded:
+                    decoded += [frame for frame in packet.decode() if isinstance(frame, av.VideoFrame)]
                 if packet.size and not packet.is_discard:
                     shown.append((packet.stream == stream, *_span_s(packet)))
             promised_s = ((container.start_time or 0) + (container.duration or 0)) / av.time_base
     except (av.FFmpegError, IndexError, TypeError, AttributeError) as error:
         raise UserError(f"{path}: not a video, or incomplete; convert it with ffmpeg, or copy it again") from error
-    if first is None:
+    if not decoded:
         raise UserError(f"{path}: no frame can be decoded; convert it with ffmpeg, or film again")
     if colour and colours < 3:
         raise UserError(f"{path}: the film has no colour ({name}); film the markers in colour")
-    if first.interlaced_frame:
+    if decoded[0].interlaced_frame:
         raise UserError(f"{path}: the film is interlaced, as it says itself; {PROGRESSIVE}")
-    if first.rotation % 90:
-        raise UserError(f"{path}: flagged to be shown turned by {first.rotation} degrees; film upright")
-    turns = first.rotation // 90 % 4
+    turned_deg = decoded[0].rotation
+    if turned_deg % 90:
+        raise UserError(f"{path}: flagged to be shown turned by {turned_deg} degrees; film upright")
+    turns = turned_deg // 90 % 4
     starts_s = np.sort([start for is_picture, start, _ in shown if is_picture])
     if not fps and len(starts_s) > 1 and starts_s[-1] > starts_s[0]:  # some Matroska files do not state it
         fps = float((len(starts_s) - 1) / (starts_s[-1] - starts_s[0]))
