@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from cospeech.data.arrays import Floats
-from cospeech.data.trajectories import METRES
+from cospeech.data.units import METRES
 from cospeech.errors import UserError
 from cospeech.motion.markers import MARKERS, NAMES
 
