@@ -6,8 +6,9 @@ anything that needs pitch in hertz or to know what is voiced: a speaker's mean p
 
 Details:
 
-- The first pass searches a wide range. The second searches from 0.75 times the first quartile of the pitch found to
-  twice its third quartile (after Hirst 2011), which excludes most octave errors.
+- The first pass searches a wide range. The second searches from 0.65 times the first quartile of the pitch found to
+  twice its third quartile, which excludes most octave errors. The limits of Hirst 2011, 0.75 and 1.5, are too narrow
+  for lively speech: with 0.75, 7 % of the frames of one studio record, its low phrases, became unvoiced.
 - A frame is silent, and therefore unvoiced, below a fraction of the level of loud speech. Praat relates it to the
   highest peak of the sound, so that one slap on the microphone silences soft speech; here, it is related to the peak
   that 1 % of the frames exceed.
@@ -32,7 +33,7 @@ STEP_S = 0.01
 WIDEST_HZ = (50.0, 600.0)
 """Pitch range of the first pass."""
 
-QUARTILE_FACTORS = (0.75, 2.0)
+QUARTILE_FACTORS = (0.65, 2.0)
 """Limits of the second pass, relative to the first and third quartile of the pitch."""
 
 FEWEST_VOICED = 20
