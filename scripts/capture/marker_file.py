@@ -15,7 +15,7 @@ with job.run(snakemake) as work:
         declared["up"],
         declared["facing"],
         work.params["longest_hidden_s"],
-        (declared["static"], work.params["static_s"]) if work.params["static_s"] else None,
+        static=(declared["static"], work.params["static_s"]) if work.params["static_s"] else None,
     )
     work.write(world, work.output.world, "markers_3d")
     work.write(quality_sheet.spans(world), work.output.spans, "marker_spans")
