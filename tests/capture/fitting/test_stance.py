@@ -31,7 +31,7 @@ def path(tmp_path_factory):
 
 
 def read(path, names=SAME, up="y", facing="z", pose="hanging"):
-    return marker_file.read(path, names, up, facing, 0.5, (pose, subject.STATIC_S))
+    return marker_file.read(path, names, up, facing, 0.5, static=(pose, subject.STATIC_S))
 
 
 def test_a_take_that_agrees_with_its_declaration_is_read(path):
