@@ -92,7 +92,8 @@ def write_manifest():
     from cospeech.workflow.job import settings_hash  # not above: it imports pandas
 
     receipts = [receipt for receipt in manifest.load(RESULTS) if is_planned(receipt)]
-    manifest.write_table(RESULTS, receipts, corpus=config["corpus"]["name"], config_hash=settings_hash(config))
+    if receipts:
+        manifest.write_table(RESULTS, receipts, corpus=config["corpus"]["name"], config_hash=settings_hash(config))
 
 
 def write_seconds():
