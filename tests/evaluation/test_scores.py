@@ -104,6 +104,7 @@ def test_a_record_shorter_than_head_and_tail_has_no_interior():
     short = table([("rest", 2), ("left", 1)])
     found = score(short, short)
     assert found.loc[found["part"] == "interior", "value"].isna().all()
+    assert (found.loc[found["part"] == "interior", "duration_s"] == 0).all()
 
 
 def test_an_unknown_gesture_is_named():
@@ -178,6 +179,9 @@ def test_counts_are_those_of_the_part():
     assert found.loc[("D", "whole"), ["n_actual", "n_synthesised"]].tolist() == [5, 5]
     assert found.loc[("D", "interior"), ["n_actual", "n_synthesised"]].tolist() == [4, 4]
     assert found.loc[("D", "whole"), "duration_s"] == 12
+    fewer = score(ACTUAL, table([("rest", 4), ("left", 8)])).set_index(["measure", "part"])
+    assert fewer.loc[("D", "whole"), ["n_actual", "n_synthesised"]].tolist() == [5, 2]
+    assert fewer.loc[("phrase_ratio", "whole"), "value"] == 2 / 5
 
 
 def test_a_boundary_at_the_end_of_the_interior_is_outside():

@@ -98,7 +98,7 @@ def session_scores(record_scores: pd.DataFrame, settings: Bootstrap) -> pd.DataF
     """
     tables = []
     for session in _sessions(record_scores, settings):
-        defined = (session.denominators > 0).any(axis=2)
+        defined = np.any(session.denominators > 0, axis=2)
         n_records = defined.sum(axis=1)
         every = np.arange(len(session.groups))
         low, high = bootstrap.interval(
@@ -190,7 +190,7 @@ def _pairs(session: _Session, rows: pd.DataFrame) -> pd.DataFrame:
     """Return the differences of all ordered pairs of systems in one measure of one session."""
     index = rows.index.to_numpy()
     first, second = np.triu_indices(len(index), k=1)
-    defined = (session.denominators[index] > 0).any(axis=2)
+    defined = np.any(session.denominators[index] > 0, axis=2)
     both = defined[first] & defined[second]
     # Each system is compared with many others over the same records, mostly over all.
     sides = np.concatenate([np.column_stack([index[k], both]) for k in (first, second)])

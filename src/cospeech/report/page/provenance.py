@@ -214,8 +214,9 @@ def _scores(config: Config) -> list[tuple[str, str]]:
             "controls",
             "the same system driven by the speech of up to 8 other records of the actor, and by its own speech at up "
             f"to 8 shifts of at least {config['synthesis']['shift_s']:g} s; random phrases are drawn 8 times. Scores "
-            "are averaged over these draws (systems that make motion themselves: one of each). The interior of a record is driven by the interior of its own or the "
-            "other record, so that the pauses at the ends of records stay at the ends",
+            "are averaged over these draws (systems that make motion themselves: one of each). The interior of a "
+            "record is driven by the interior of its own or the other record, so that the pauses at the ends of "
+            "records stay at the ends",
         ),
         (
             "means and intervals",
