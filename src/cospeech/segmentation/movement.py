@@ -1,0 +1,101 @@
+"""Moving and still parts of a motion: smoothed rates, thresholds from a speaker's own distribution, and runs of frames.
+
+``phases`` and ``subunits`` are both based on these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+from cospeech.data.arrays import Flags, Floats, Integers
+from cospeech.motion import skeleton
+
+SMOOTHING_S = 0.05
+"""Standard deviation of the Gaussian that positions and orientations are smoothed with before they are differentiated;
+noise of the recording would dominate accelerations."""
+
+TYPICAL_FAST = 90.0
+"""Percentile of a speaker's speeds that thresholds are shares of. Most speakers move their hands for a tenth of the time
+at least, and it does not depend on how long they pause."""
+
+
+def smooth(values: Floats, fps: float) -> Floats:
+    """Return signals (T, ...) smoothed over time; beyond the ends, the first and the last value are repeated."""
+    half = int(np.ceil(4.0 * SMOOTHING_S * fps))
+    weights = np.exp(-0.5 * (np.arange(-half, half + 1) / (SMOOTHING_S * fps)) ** 2)
+    padded = np.pad(values, [(half, half), *[(0, 0)] * (values.ndim - 1)], mode="edge")
+    weights /= weights.sum()
+    return sum((weight * padded[k : k + len(values)] for k, weight in enumerate(weights)), np.zeros(values.shape))
+
+
+def rate(values: Floats, fps: float) -> Floats:
+    """Return the change of signals (T, ...) per second, from the frames before and after; 0 if there is one frame."""
+    return np.gradient(values, 1.0 / fps, axis=0) if len(values) > 1 else np.zeros(values.shape)
+
+
+def threshold(speeds: Iterable[Floats], share: float) -> float:
+    """Return a share of the speed that a speaker exceeds a tenth of the time, over all of the speaker's records."""
+    return share * float(np.percentile(np.concatenate(list(speeds)), TYPICAL_FAST))
+
+
+def moving(speed: Floats, low: float, high: float) -> Flags:
+    """Return whether each frame belongs to a movement, (T,): a run of frames above ``low`` that exceeds ``high``.
+
+    The result is the same if time is reversed.
+    """
+    starts, ends = runs(speed > low)
+    result = speed > low
+    for start, end in zip(starts, ends, strict=True):
+        result[start:end] &= speed[start:end].max() > high
+    return result
+
+
+def runs(flags: Flags) -> tuple[Integers, Integers]:
+    """Return the first frames of runs of equal flags, and the first frames after them."""
+    starts = np.flatnonzero(np.append(True, flags[1:] != flags[:-1]))
+    return starts, np.append(starts[1:], len(flags))
+
+
+def without_short(flags: Flags, minimum: float, keep: Flags | None = None) -> Flags:
+    """Return flags (T,) in which every run has at least ``minimum`` frames, unless there is one only.
+
+    The shortest run is joined with its neighbours first, of equal ones the first.
+
+    Parameters
+    ----------
+    keep : (T,); a run of true flags in which it is true somewhere is kept although it is short.
+    """
+    result = flags.copy()
+    while True:
+        starts, ends = runs(result)
+        lengths = (ends - starts).astype(float)
+        if keep is not None:
+            kept = [result[start] and keep[start:end].any() for start, end in zip(starts, ends, strict=True)]
+            lengths[kept] = np.inf
+        shortest = int(lengths.argmin())
+        if lengths[shortest] >= minimum or len(starts) == 1:
+            return result
+        result[starts[shortest] : ends[shortest]] ^= True
+
+
+def body_frame(motion: pd.DataFrame) -> tuple[dict[str, Floats], Floats]:
+    """Return positions (T, 3) in metres relative to the body, and world orientations (T, J, 3, 3) of the joints.
+
+    The origin is the hips, y is up, and z is the direction that the hips face, so that walking and turning do not
+    count as gestures.
+
+    Returns
+    -------
+    positions : by joint of ``skeleton.JOINTS``.
+    orientations : in the order of ``skeleton.JOINTS``.
+    """
+    root = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float)
+    turned, placed = skeleton.chain(root, skeleton.angles(motion))
+    heading = np.arctan2(turned[:, 0, 0, 2], turned[:, 0, 2, 2])
+    cosine, sine = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    x, y, z = np.moveaxis(placed - placed[:, :1], 2, 0)
+    relative = np.stack([cosine * x - sine * z, y, sine * x + cosine * z], axis=2)
+    return {name: relative[:, index] for index, name in enumerate(skeleton.JOINTS)}, turned
