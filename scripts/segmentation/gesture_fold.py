@@ -1,6 +1,11 @@
-"""Train the gesture model of one fold without its held-out record, and segment the fold's training records."""
+"""Train the gesture model of one fold without its held-out record, and segment the fold's training records.
 
-from cospeech.segmentation import gesture, labelled_hmm
+Gesture phases and subunits are relative to the motion of the training records and written next to the phrases.
+"""
+
+from pathlib import Path
+
+from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
@@ -14,3 +19,8 @@ with job.run(snakemake) as work:
     work.write(found, work.output.segments, "segments")
     work.write(labelled_hmm.to_table(training.model), work.output.model, "hmm_model")
     work.write(training.fit, work.output.fit, "hmm_fit")
+    folder, place = Path(work.params["folder"]), f"{work.params['place']}.parquet"
+    segmentation = work.params["segmentation"]
+    work.write(phases.find(motions, segmentation["phases"]), folder / "phases" / place, "phases")
+    for section, table in subunits.find(motions, segmentation["subunits"]).items():
+        work.write(table, folder / "subunits" / section / place, "subunits")

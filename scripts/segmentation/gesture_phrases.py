@@ -1,4 +1,9 @@
-"""Segment one record with its actor's gesture model; evaluation uses the result as the actual phrases."""
+"""Segment one record with its actor's gesture model; evaluation uses the result as the actual phrases.
+
+Its gesture phases and subunits, which were found with the model, become tables of its own.
+"""
+
+from pathlib import Path
 
 from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.workflow import job
@@ -11,3 +16,7 @@ with job.run(snakemake) as work:
         work.read(work.input.annotations, "annotations"),
     )
     work.write(segments, work.output.segments, "segments")
+    folder, record = Path(work.params["folder"]), work.wildcards.record
+    for kind, schema in work.params["tables"].items():
+        of_actor = work.read(str(folder / kind / f"{work.params['place']}.parquet"), schema)
+        work.write(of_actor[of_actor["record"] == record], folder / kind / f"{record}.parquet", schema)

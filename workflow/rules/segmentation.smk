@@ -1,4 +1,9 @@
-# Gesture phrases from joint angles, and intonation phrases from prosody.
+# Gesture phrases, phases and subunits from joint angles, and intonation phrases from prosody.
+
+# Phases and subunits are written by the jobs that find gesture phrases. They are not declared as outputs; rules that
+# read them depend on the phrases.
+SEGMENTATION = {"folder": f"{RESULTS}/segmentation", "segmentation": config["segmentation"]}
+TABLES = {"phases": "phases", **{f"subunits/{section}": "subunits" for section in ("head", "arms", "legs")}}
 
 
 def clusters_of_fold(setting):
@@ -23,8 +28,10 @@ if "motion" in BRINGS:
             model=f"{RESULTS}/phrases/gesture/actor~{{actor}}/model.parquet",
             fit=f"{RESULTS}/phrases/gesture/actor~{{actor}}/fit.parquet",
         params:
+            **SEGMENTATION,
             records=lambda wildcards: records_of(wildcards.actor),
             settings=config["phrases"]["gesture"],
+            place="actor~{actor}",
         message:
             "gesture phrase model of {wildcards.actor}"
         script:
@@ -37,6 +44,10 @@ if "motion" in BRINGS:
             annotations=f"{RESULTS}/corpus/annotations/{{record}}.parquet",
         output:
             segments=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+        params:
+            folder=SEGMENTATION["folder"],
+            tables=TABLES,
+            place=lambda wildcards: f"actor~{actor_of(wildcards.record)}",
         message:
             "gesture phrases of {wildcards.record}"
         script:
@@ -54,8 +65,10 @@ if "motion" in BRINGS:
             model=f"{RESULTS}/phrases/gesture/fold~{{fold}}/model.parquet",
             fit=f"{RESULTS}/phrases/gesture/fold~{{fold}}/fit.parquet",
         params:
+            **SEGMENTATION,
             records=lambda wildcards: others(wildcards.fold),
             settings=config["phrases"]["gesture"],
+            place="fold~{fold}",
         message:
             "gesture phrases without {wildcards.fold}"
         script:

@@ -1,6 +1,6 @@
-"""Moving and still parts of a motion: smoothed rates, thresholds from a speaker's own distribution, and runs of frames.
+"""Where a body moves: rates of change, thresholds relative to a speaker's own motion, and runs of frames.
 
-``phases`` and ``subunits`` are both based on these.
+``phases`` and ``subunits`` are both based on this.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.motion import skeleton
 
 SMOOTHING_S = 0.05
-"""Standard deviation of the Gaussian that positions and orientations are smoothed with before they are differentiated;
-noise of the recording would dominate accelerations."""
+"""Standard deviation of the Gaussian that positions and orientations are smoothed with before they are
+differentiated; noise of the recording would dominate accelerations."""
 
 TYPICAL_FAST = 90.0
-"""Percentile of a speaker's speeds that thresholds are shares of. Most speakers move their hands for a tenth of the time
-at least, and it does not depend on how long they pause."""
+"""Percentile of a speaker's speeds that thresholds are shares of. Most speakers move their hands for a tenth of the
+time at least, and it does not depend on how long they pause."""
 
 
 def smooth(values: Floats, fps: float) -> Floats:
@@ -36,9 +36,12 @@ def rate(values: Floats, fps: float) -> Floats:
     return np.gradient(values, 1.0 / fps, axis=0) if len(values) > 1 else np.zeros(values.shape)
 
 
-def threshold(speeds: Iterable[Floats], share: float) -> float:
-    """Return a share of the speed that a speaker exceeds a tenth of the time, over all of the speaker's records."""
-    return share * float(np.percentile(np.concatenate(list(speeds)), TYPICAL_FAST))
+def threshold(speeds: Iterable[Floats], share: float, least: float) -> float:
+    """Return a share of the speed that a speaker exceeds a tenth of the time, over all of the speaker's records.
+
+    The threshold is ``least`` or more, so that the noise of a body part that does not move is not movement.
+    """
+    return max(least, share * float(np.percentile(np.concatenate(list(speeds)), TYPICAL_FAST)))
 
 
 def moving(speed: Floats, low: float, high: float) -> Flags:
@@ -59,6 +62,21 @@ def runs(flags: Flags) -> tuple[Integers, Integers]:
     return starts, np.append(starts[1:], len(flags))
 
 
+def table(record: str, index: str, starts: Integers, ends: Integers, fps: float) -> pd.DataFrame:
+    """Return the table of spans of a record, without what is measured in them; ``index`` names the column of
+    numbers."""
+    return pd.DataFrame(
+        {
+            "record": record,
+            index: np.arange(len(starts)),
+            "start_frame": starts,
+            "end_frame": ends,
+            "start_s": starts / fps,
+            "end_s": ends / fps,
+        }
+    )
+
+
 def without_short(flags: Flags, minimum: float, keep: Flags | None = None) -> Flags:
     """Return flags (T,) in which every run has at least ``minimum`` frames, unless there is one only.
 
@@ -76,7 +94,7 @@ def without_short(flags: Flags, minimum: float, keep: Flags | None = None) -> Fl
             kept = [result[start] and keep[start:end].any() for start, end in zip(starts, ends, strict=True)]
             lengths[kept] = np.inf
         shortest = int(lengths.argmin())
-        if lengths[shortest] >= minimum or len(starts) == 1:
+        if lengths[shortest] > minimum - 1e-6 or len(starts) == 1:  # a product of seconds and rate is rounded
             return result
         result[starts[shortest] : ends[shortest]] ^= True
 

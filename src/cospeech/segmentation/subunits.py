@@ -5,13 +5,13 @@ weighted sum of squared angular velocities
 
     z = sum over joints of u_j |omega_j|^2
 
-crosses a threshold; omega_j is the angular velocity of a joint relative to its parent (of the hips, in the world). The
-thesis prints no weights u_j, but says that joints of high influence weigh more: here, u_j is the reach of a joint, its
-greatest distance from a point that it moves. The threshold is relative to the speaker's own motion.
+crosses a threshold; omega_j is the angular velocity of a joint relative to its parent (of the hips, in the world).
+The thesis prints no weights u_j, but says that joints of high influence weigh more: here, u_j is the reach of a
+joint, its greatest distance from a point that it moves. The threshold is relative to the speaker's own motion.
 
-Two subunits are compared by their length, their first pose and a summary of their dynamics: a weighted sum of Euclidean
-distances, each divided by its root mean square over all pairs. Still subunits have similar summaries; between two of
-them the pose weighs more.
+Two subunits are compared by their length, their first pose and a summary of their dynamics: a weighted sum of
+Euclidean distances, each divided by its root mean square over all pairs. Still subunits have similar summaries;
+between two of them the pose weighs more.
 """
 
 from __future__ import annotations
@@ -39,18 +39,21 @@ POSED = {
     "arms": ("left_forearm", "left_hand", "right_forearm", "right_hand"),
     "legs": ("left_shin", "left_foot", "right_shin", "right_foot"),
 }
-"""The joints whose positions relative to the hips describe the pose of a section; that of the head is an orientation."""
+"""The joints whose positions relative to the hips are the pose of a section; that of the head is an orientation."""
 
 KEY = {"arms": ("left_hand", "right_hand"), "legs": ("left_foot", "right_foot")}
 """The joints whose displacements are summarised; for the head it is the rotation of the neck."""
+
+LEAST_DEG_S = 10.0
+"""Smallest threshold of the root of z. A section at rest turns more slowly, including the noise of a recording."""
 
 STRONG = 4.0
 """A short movement is a subunit if its integral of z is at least this many times that of a movement of the minimum
 length at the threshold."""
 
 LARGEST = 20_000
-"""Number of subunits that are clustered at most; their distances take 2.4 GB. If there are more, evenly spaced ones are
-clustered, and each of the others joins the nearest medoid."""
+"""Number of subunits that are clustered at most; their distances take 2.4 GB. If there are more, evenly spaced ones
+are clustered, and each of the others joins the nearest medoid."""
 
 
 class Traits(NamedTuple):
@@ -59,8 +62,8 @@ class Traits(NamedTuple):
     Attributes
     ----------
     parts : length (N, 1), pose (N, P), and three vectors that summarise the dynamics, (N, K) each: root mean square
-        velocity, displacement of greatest magnitude, and mean displacement along each axis. Each is divided by its root
-        mean square distance over all pairs.
+        velocity, displacement of greatest magnitude, and mean displacement along each axis. Each is divided by its
+        root mean square distance over all pairs.
     weights : (5,) weight of each part.
     still : (N,) whether a subunit is without movement.
     still_pose : weight of the pose between two still subunits.
@@ -86,23 +89,13 @@ def find(motions: Mapping[str, pd.DataFrame], settings: Mapping[str, Any]) -> di
     found = {}
     for section in SECTIONS:
         turning = {record: angular_speed(motions[record], section, rates[record]) for record in motions}
-        limit = movement.threshold(turning.values(), settings["threshold"])
+        limit = movement.threshold(turning.values(), settings["threshold"], LEAST_DEG_S)
         tables, traits = [], []
         for record, fps in rates.items():
-            starts, ends, still = boundaries(turning[record], limit, fps, settings["minimum_s"], settings["longest_s"])
-            tables.append(
-                pd.DataFrame(
-                    {
-                        "record": record,
-                        "segment": np.arange(len(starts)),
-                        "start_frame": starts,
-                        "end_frame": ends,
-                        "start_s": starts / fps,
-                        "end_s": ends / fps,
-                        "still": still,
-                    }
-                )
+            starts, ends, still = boundaries(
+                turning[record], limit, fps, settings["minimum_s"], settings["longest_s"]
             )
+            tables.append(movement.table(record, "segment", starts, ends, fps).assign(still=still))
             traits.append(_summary(section, *bodies[record], starts, ends, fps))
         table = pd.concat(tables, ignore_index=True)
         compared = _scaled(traits, table["still"].to_numpy(), settings["weights"])

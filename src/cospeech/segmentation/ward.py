@@ -13,11 +13,11 @@ Unlike with means of Euclidean data, the cost of a merge may be less than that o
 cut at a number of clusters and not at a cost.
 
 The recursion keeps, for each cluster A and each point c, the sum of the distances of c from the members of A. These
-sums are added when clusters are merged, and the error of a union is their smallest sum over its members. They take the
-place of the distances in the matrix, so that no second one is needed. For each cluster the nearest other cluster is
-stored. When one of a pair is merged, the stored cost remains a lower bound for the other clusters, and a new nearest
-cluster is searched only if this bound is the least of all (D. Müllner, Modern hierarchical, agglomerative clustering
-algorithms, 2011).
+sums are added when clusters are merged, and the error of a union is the least sum of one of its members. For each
+cluster, the nearest other one is stored. If that one is merged, the stored cost is still a lower bound of the cost of
+merging the cluster with any other one, and its nearest is searched again only when this bound is the least of all
+(D. Müllner, Modern hierarchical, agglomerative clustering algorithms, 2011). The result is exact; time and memory are
+quadratic in the number of points for clusters of similar sizes.
 """
 
 from __future__ import annotations
@@ -61,15 +61,16 @@ class Clusters(NamedTuple):
     medoids: Integers
 
 
-def tree(distances: Floats | Singles) -> Tree:
+def tree(distances: Singles) -> Tree:
     """Return the merges of all points into one cluster. Equal costs are resolved in the same way in every run.
 
     Parameters
     ----------
-    distances : (N, N) symmetric matrix with zeros on its diagonal, in single or double precision. It is overwritten.
+    distances : (N, N) symmetric matrix with zeros on its diagonal, in single precision.
     """
     n_points = len(distances)
-    found = Tree(*(np.zeros(n_points - 1, dtype=np.int64) for _ in range(3)), np.zeros(n_points - 1))
+    kept, merged, medoid = np.zeros((3, n_points - 1), dtype=np.int64)
+    found = Tree(kept, merged, medoid, np.zeros(n_points - 1))
     if n_points > 1:
         _merge_all(distances, *found)
     return found
@@ -99,21 +100,43 @@ def cut(whole: Tree, n_clusters: int) -> Clusters:
 
 @njit
 def _by_own(a: int, following: Any, own: Any, members: Any) -> Any:
-    """Return the members of a cluster, the most central first; ``members`` is working memory."""
+    """Return the members of a cluster, the most central first (shell sort); ``members`` is working memory."""
     n_members = 0
     point = a
     while point >= 0:
         members[n_members] = point
         n_members += 1
         point = following[point]
-    found = members[:n_members]
-    return found if n_members == 1 else found[np.argsort(own[found])]
+    gap = n_members // 2
+    while gap > 0:
+        for k in range(gap, n_members):
+            point, place = members[k], k
+            while place >= gap and own[members[place - gap]] > own[point]:
+                members[place] = members[place - gap]
+                place -= gap
+            members[place] = point
+        gap //= 2
+    return members[:n_members]
 
 
 @njit(fastmath={"nnan", "nsz"})
 def _costs(
-    distances: Any, sums: Any, place: Any, a: int, inside: Any, cluster: Any, active: Any, own: Any, error: Any,
-    beyond: Any, bound: Any, cost: Any, nearest: Any, update: bool,
+    distances: Any,
+    sums: Any,
+    place: Any,
+    a: int,
+    inside: Any,
+    cluster: Any,
+    active: Any,
+    own: Any,
+    error: Any,
+    beyond: Any,
+    bound: Any,
+    cost: Any,
+    nearest: Any,
+    chosen: Any,
+    central: Any,
+    update: bool,
 ) -> None:
     """Write the costs of merging cluster a with each of the ``active`` ones.
 
@@ -131,7 +154,7 @@ def _costs(
     for point in range(n_points):
         total = own[point] + float(row[point])
         cost[cluster[point]] = min(cost[cluster[point]], total)
-    in_rows = 1 < len(inside) <= 12
+    in_rows = 1 < len(inside) <= 8
     if in_rows:
         nearest[:] = np.inf
         for member in inside:
@@ -144,13 +167,24 @@ def _costs(
             best = min(cost[c], nearest[c]) if place[c] < 0 and in_rows else cost[c]
             cost[c] = best - error[a] - error[c]
             least = min(least, cost[c])
+    # What remains are the members of a as centres. Each look-up misses the cache, so the first of all clusters are
+    # made together, without branches between them, and the processor has several under way.
+    single, centre = len(inside) == 1, inside[0]
+    n_chosen = 0
     for c in active:
-        if c == a or (place[c] < 0 and (in_rows or len(inside) == 1)) or (bound[c] >= least and not update):
-            continue
-        other = distances[c] if place[c] < 0 else sums[place[c]]
         limit = min(cost[c], max(least, bound[c]) if update else least) + error[a] + error[c]
-        best = limit
-        for member in inside:
+        chosen[n_chosen] = c
+        skipped = c == a or (place[c] < 0 and (in_rows or single)) or (bound[c] >= least and not update)
+        n_chosen += not skipped and own[centre] + beyond[c] < limit
+    for k in range(n_chosen):
+        c = chosen[k]
+        central[k] = distances[c, centre] if place[c] < 0 else sums[place[c], centre]
+    for k in range(n_chosen):
+        c = chosen[k]
+        limit = min(cost[c], max(least, bound[c]) if update else least) + error[a] + error[c]
+        best = min(limit, own[centre] + float(central[k]))
+        other = distances[c] if place[c] < 0 else sums[place[c]]
+        for member in inside[1:]:
             if own[member] + beyond[c] >= best:
                 break
             best = min(best, own[member] + float(other[member]))
@@ -171,18 +205,20 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
     bound : lower bound of the cost of merging a cluster with any other one; attained with ``near`` unless that is -1.
     """
     n_points = len(distances)
-    sums, n_sums = np.empty((n_points // 2, n_points), distances.dtype), 0
-    free, n_free = np.empty(n_points, np.int64), 0
+    sums = np.empty((n_points // 2, n_points), distances.dtype)
+    n_sums = n_free = 0
+    free = np.empty(n_points, np.int64)
     place, cluster = np.full(n_points, -1), np.arange(n_points)
     following, last = np.full(n_points, -1), np.arange(n_points)
     active = np.arange(n_points)
     own, error = np.zeros(n_points), np.zeros(n_points)
     near, bound = np.full(n_points, -1), np.full(n_points, np.inf)
-    cost, nearest, members = np.empty(n_points), np.empty(n_points), np.empty(n_points, np.int64)
-    for a in range(n_points):
-        for b in range(n_points):
-            if b != a and distances[a, b] < bound[a]:
-                bound[a], near[a] = distances[a, b], b
+    cost, nearest, central = np.empty(n_points), np.empty(n_points), np.empty(n_points)
+    members, chosen = np.empty(n_points, np.int64), np.empty(n_points, np.int64)
+    for point in range(n_points):
+        for other in range(n_points):
+            if other != point and distances[point, other] < bound[point]:
+                bound[point], near[point] = distances[point, other], other
     beyond = bound.copy()
     for step in range(n_points - 1):
         while True:
@@ -193,7 +229,24 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
             if near[a] >= 0:
                 break
             inside = _by_own(a, following, own, members)
-            _costs(distances, sums, place, a, inside, cluster, active, own, error, beyond, bound, cost, nearest, False)
+            _costs(
+                distances,
+                sums,
+                place,
+                a,
+                inside,
+                cluster,
+                active,
+                own,
+                error,
+                beyond,
+                bound,
+                cost,
+                nearest,
+                chosen,
+                central,
+                False,
+            )
             bound[a] = np.inf
             for c in active:
                 if c != a and cost[c] < bound[a]:
@@ -230,7 +283,24 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
             if total < error[a]:
                 error[a], medoids[step] = total, point
         inside = _by_own(a, following, own, members)
-        _costs(distances, sums, place, a, inside, cluster, active, own, error, beyond, bound, cost, nearest, True)
+        _costs(
+            distances,
+            sums,
+            place,
+            a,
+            inside,
+            cluster,
+            active,
+            own,
+            error,
+            beyond,
+            bound,
+            cost,
+            nearest,
+            chosen,
+            central,
+            True,
+        )
         bound[a], near[a] = np.inf, -1
         for c in active:
             if c == a:
