@@ -28,7 +28,7 @@ def circling(fps, duration_s=12.0):
     times = (np.arange(round(duration_s * fps)) + 0.5) / fps
     beat = np.sin(0.9 * times) ** 2
     one = np.stack([0.3 * beat * np.cos(4 * times), 0.2 * beat * np.sin(4 * times), 0.1 * np.sin(times)], axis=1)
-    return np.stack([one + [0.2, 0.1, 0.3], 0.5 * one[:, ::-1] - [0.2, 0.1, -0.3]], axis=1)
+    return np.stack([one, 0.5 * one[:, ::-1]], axis=1) + np.array([[0.2, 0.1, 0.3], [-0.2, -0.1, 0.3]])
 
 
 def motion_of(hanging_deg, fps):
@@ -55,7 +55,8 @@ def test_runs_without_short_ones(flags, minimum):
     flags = np.array(flags)
     kept = movement.without_short(flags, minimum)
     starts, ends = movement.runs(kept)
-    assert starts[0] == 0 and ends[-1] == len(flags)
+    assert starts[0] == 0
+    assert ends[-1] == len(flags)
     np.testing.assert_array_equal(starts[1:], ends[:-1])
     assert len(starts) == 1 or (ends - starts).min() >= minimum
     np.testing.assert_array_equal(movement.without_short(kept, minimum), kept)
@@ -66,7 +67,8 @@ def test_runs_without_short_ones(flags, minimum):
 def test_hysteresis_lies_between_both_thresholds_and_has_no_direction(speed, low):
     speed = np.array(speed)
     moving = movement.moving(speed, low, 2 * low)
-    assert (moving[speed > 2 * low]).all() and not moving[speed <= low].any()
+    assert (moving[speed > 2 * low]).all()
+    assert not moving[speed <= low].any()
     np.testing.assert_array_equal(movement.moving(speed[::-1], low, 2 * low)[::-1], moving)
 
 
@@ -109,7 +111,7 @@ def test_values_of_a_circular_movement():
     radius_m, turn, fps = 0.2, 2.0, 240.0
     times = np.arange(1200) / fps
     circle = np.stack([radius_m * np.cos(turn * times), radius_m * np.sin(turn * times), 0 * times], axis=1)
-    hands = np.stack([circle, circle + [0.3, 0, 0]], axis=1)
+    hands = np.stack([circle, circle], axis=1)
     start, end = 120, 1080
     values = np.exp(phases.parameters(hands, np.array([start]), np.array([end]), fps)[0])
     displacement = np.linalg.norm((circle[start:end] - circle[start]).mean(axis=0))

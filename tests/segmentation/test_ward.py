@@ -36,7 +36,7 @@ def naive(distances):
 
 
 def whole(distances):
-    """Symmetric distances as whole numbers of at most 2^18 in single precision, which represents sums of 64 exactly."""
+    """Symmetric distances as whole numbers of at most 2^18; in single precision, sums of 64 of them are exact."""
     upper = np.triu(np.round(2**18 / distances.max() * distances), 1)
     return (upper + upper.T).astype(np.float32)
 
@@ -46,7 +46,7 @@ def between(points):
 
 
 def cases(rng):
-    """Matrices of distances: of points in space, not of any space, and of points that are merged one after another."""
+    """Matrices of distances: of points in space, of no space, and of points that are merged one after another."""
     for _ in range(25):
         n_points = int(rng.integers(2, 26))
         points = rng.normal(size=(n_points, 3))
@@ -117,6 +117,7 @@ def test_few_points():
     one = ward.cut(ward.tree(equal(1)), 3)
     assert one.labels.tolist() == one.medoids.tolist() == [0]
     same = ward.cut(ward.tree(equal(5)), 2)
-    assert len(same.medoids) == 2 and set(same.labels) == {0, 1}
+    assert len(same.medoids) == 2
+    assert set(same.labels) == {0, 1}
     with pytest.raises(ValueError, match="at least one cluster"):
         ward.cut(ward.tree(equal(2)), 0)

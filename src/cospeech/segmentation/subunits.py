@@ -7,7 +7,7 @@ weighted sum of squared angular velocities
 
 crosses a threshold; omega_j is the angular velocity of a joint relative to its parent (of the hips, in the world).
 The thesis prints no weights u_j, but says that joints of high influence weigh more: here, u_j is the reach of a
-joint, its greatest distance from a point that it moves. The threshold is relative to the speaker's own motion.
+joint, the length of the longest chain of bones that it moves. The threshold is relative to the speaker's own motion.
 
 Two subunits are compared by their length, their first pose and a summary of their dynamics: a weighted sum of
 Euclidean distances, each divided by its root mean square over all pairs. Still subunits have similar summaries;
@@ -107,14 +107,11 @@ def find(motions: Mapping[str, pd.DataFrame], settings: Mapping[str, Any]) -> di
 
 
 def reach_m() -> dict[str, float]:
-    """Return the greatest distance of each joint from a point that it moves in the upright pose, in metres."""
-    still = skeleton.forward(np.zeros((1, 3)), np.zeros((1, len(skeleton.JOINTS), 3)))
-    reach = dict.fromkeys(skeleton.JOINTS, 0.0)
-    for name, place in still.items():
-        joint: str | None = name.removesuffix("_tip")
-        while joint is not None:
-            reach[joint] = max(reach[joint], float(np.linalg.norm(place - still[joint])))
-            joint = skeleton.PARENT[joint]
+    """Return the length of the longest chain of bones that each joint moves, in metres."""
+    reach = {joint: float(np.linalg.norm(skeleton.TIPS_M.get(joint, (0.0, 0.0, 0.0)))) for joint in skeleton.JOINTS}
+    for joint in reversed(skeleton.BODY):
+        if joint.parent is not None:
+            reach[joint.parent] = max(reach[joint.parent], reach[joint.name] + float(np.linalg.norm(joint.offset_m)))
     return reach
 
 
