@@ -38,6 +38,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/markov.py
 	$(BIN)/python bench/hsmm.py
 	$(BIN)/python bench/kinematics.py
+	$(BIN)/python bench/ward.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
