@@ -94,8 +94,9 @@ def _gestures(path: Path) -> None:
 
 def _prosody() -> pd.DataFrame:
     rng = np.random.default_rng(0)
-    names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
-    columns = {name: rng.uniform(-1, 1, 60) for name in names}
+    largest = {"intensity": 1.7, "pitch_lag": 0.003, "pitch_gain": 1.0}
+    columns = {name: rng.uniform(-most, most, 60) for name, most in largest.items()}
+    columns |= {f"d_{name}": np.diff(values, prepend=values[0]) for name, values in columns.items()}
     return pd.DataFrame({"frame": np.arange(60), "time_s": segments.frame_times(60, 40.0), **columns})
 
 
