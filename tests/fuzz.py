@@ -166,9 +166,9 @@ READERS = {
         ".csv", lambda path: _prosody().to_csv(path, index=False), lambda path: user_tables.prosody(path, 0.025)
     ),
     "gestures_csv": Reader(".csv", _gestures, lambda path: user_tables.gestures(path, "a", LABELS)),
-    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
+    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
+    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
+    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
     "sheet": Reader(".csv", _sheet, _read_sheet),
     "toml": Reader(".toml", _cameras, camera_toml.read),
     "wav": Reader(".wav", _sound, lambda path: (sound.read(path), audio.read(path))),
