@@ -109,6 +109,10 @@ def _annotations(path: Path) -> None:
         pd.DataFrame(SPANS, columns=["start_s", "end_s", "gesture"]).to_csv(path, index=False)
 
 
+def _read_annotations(path: Path) -> object:
+    return annotations.read(path, annotations.Recording("a", 6.0), LABELS)
+
+
 def _sheet(path: Path) -> None:
     for name in ("a.bvh", "a.wav"):
         (path.parent / name).touch()
@@ -166,9 +170,9 @@ READERS = {
         ".csv", lambda path: _prosody().to_csv(path, index=False), lambda path: user_tables.prosody(path, 0.025)
     ),
     "gestures_csv": Reader(".csv", _gestures, lambda path: user_tables.gestures(path, "a", LABELS)),
-    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
-    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
-    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, annotations.Recording("a", 6.0), LABELS)),
+    "elan": Reader(".eaf", _annotations, _read_annotations),
+    "textgrid": Reader(".TextGrid", _annotations, _read_annotations),
+    "annotations_csv": Reader(".csv", _annotations, _read_annotations),
     "sheet": Reader(".csv", _sheet, _read_sheet),
     "toml": Reader(".toml", _cameras, camera_toml.read),
     "wav": Reader(".wav", _sound, lambda path: (sound.read(path), audio.read(path))),
