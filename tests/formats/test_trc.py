@@ -91,7 +91,7 @@ def test_a_damaged_file_is_read_completely_or_rejected(tmp_path_factory, data):
     ("change", "message"),
     [
         (("PathFileType", "Path"), "is not a TRC file"),
-        (("\tmm\t", "\t\t"), "unknown unit ''"),
+        (("\tmm\t", "\t\t"), "does not state its unit"),
         (("\tmm\t", "\tfeet\t"), "unknown unit 'feet'"),
         (("50\t50\t3", "50\t50\t4"), "announces 4 frames and holds 3"),
         (("50\t50\t3\t2", "x\t50\t3\t2"), "do not say DataRate"),

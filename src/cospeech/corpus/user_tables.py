@@ -234,9 +234,10 @@ def _check_units(numbers: pd.DataFrame, path: str | Path) -> None:
             f"{path}: column 'pitch_lag' reaches {furthest:.4g}, expected at most {MAX_LAG_S} s from 0; it is the "
             "pitch period in seconds (1 / hertz) minus its mean over the voiced frames"
         )
-    if (lag >= 0).all() and (lag > 0).any():
+    if lag.any() and ((lag >= 0).all() or (lag <= 0).all()):
+        never = "negative" if lag.max() > 0 else "positive"
         raise UserError(
-            f"{path}: column 'pitch_lag' is never negative (mean {lag[lag > 0].mean():.3g} s), expected a mean of 0 "
+            f"{path}: column 'pitch_lag' is never {never} (mean {lag[lag != 0].mean():.3g} s), expected a mean of 0 "
             "over the voiced frames; subtract the mean pitch period, and put 0 in unvoiced frames"
         )
     if np.abs(gain).max() > 1 + 1e-6:

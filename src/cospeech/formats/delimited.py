@@ -16,7 +16,7 @@ from typing import NamedTuple
 from cospeech.errors import UserError
 from cospeech.formats import plain_text
 
-SEPARATORS = ",;\t"
+SEPARATORS = ",;\t|"
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 CLOCK = re.compile(r"(?:(\d+):(?=[0-5]?\d:))?(\d+):([0-5]?\d(?:\.\d*)?)", re.ASCII)
@@ -52,14 +52,14 @@ def separator_of(text: str, known: Collection[str]) -> tuple[str, int]:
     header = (text.splitlines() or [""])[0]
 
     def fit(separator: str) -> tuple[int, int]:
-        names = [name.strip() for name in next(csv.reader([header], delimiter=separator), [])]
+        names = [name.strip().lower() for name in next(csv.reader([header], delimiter=separator), [])]
         return sum(name in known for name in names), len(names)
 
     return max(SEPARATORS, key=fit), 0
 
 
 def read(path: str | Path, known: Collection[str]) -> Sheet:
-    """Read a delimited file, most of whose columns have names in ``known``.
+    """Read a delimited file, most of whose columns have names in ``known``, which are in lower case.
 
     Rows without content are left out. A row that is shorter than the header lacks the cells at its end.
 
@@ -83,7 +83,7 @@ def read(path: str | Path, known: Collection[str]) -> Sheet:
                 if columns:
                     rows.append(Row(line, _row(columns, cells, separator, f"{path}: line {line}")))
                 else:
-                    columns = _header(cells, path)
+                    columns = _header([cell.lower() if cell.lower() in known else cell for cell in cells], path)
             line = after
     except csv.Error as error:
         raise UserError(f"{path}: line {line + 1} cannot be read as CSV ({error}); export it again") from error
