@@ -18,7 +18,7 @@ cells = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"]), max_
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(cells, cells, cells), max_size=6),
-    st.sampled_from(",;\t"),
+    st.sampled_from(",;\t|"),
     st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-32"]),
     st.sampled_from(["\n", "\r\n", "\r"]),
 )
@@ -33,6 +33,11 @@ def test_any_cells_are_read_back_whatever_separates_them(tmp_path_factory, rows,
     assert [(row.line, list(row.cells.values())) for row in sheet.rows] == [
         (line, row) for line, row in filled if any(row)
     ]
+
+
+def test_names_of_known_columns_may_be_in_capitals(tmp_path):
+    (tmp_path / "a.csv").write_text("Record;START_S;Other\na;1;2\n")
+    assert delimited.read(tmp_path / "a.csv", COLUMNS).columns == ("record", "start_s", "Other")
 
 
 @settings(max_examples=60, deadline=None)

@@ -18,8 +18,8 @@ from cospeech.motion import skeleton
 SOURCES = {".bvh": "bvh", ".npz": "smplx", ".parquet": "table", ".csv": "table"}
 """Value of ``motion_source`` by file name suffix."""
 
-SMALLEST_DEG = 0.5
-"""Largest rotation of a joint up to which a body stands still, so that its angles show no unit."""
+SMALLEST_DEG, N_MOVING = 0.5, 4
+"""Rotation beyond which a joint moves, and the number of joints that move when a person speaks."""
 
 
 class Motion(NamedTuple):
@@ -74,10 +74,10 @@ def read(
 
 def _check_degrees(clip: bvh.Clip, path: str | Path) -> None:
     """Raise UserError if a body moves as little as one whose angles are in radians, which BVH has in degrees."""
-    largest_deg = float(rotation.angles_deg(clip.rotations).max())
-    if SMALLEST_DEG < largest_deg < np.pi:
+    largest_deg = rotation.angles_deg(clip.rotations).max(axis=0)
+    if (largest_deg > SMALLEST_DEG).sum() >= N_MOVING and largest_deg.max() < np.pi:
         raise UserError(
-            f"{path}: no joint turns by more than {largest_deg:.2g} degrees, so the angles seem to be in radians; "
+            f"{path}: no joint turns by more than {largest_deg.max():.2g} degrees, so the angles seem to be in radians; "
             "export it in degrees"
         )
 

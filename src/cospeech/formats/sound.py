@@ -117,7 +117,9 @@ def read(
             rate = file.samplerate
             first, last = _excerpt(path, start_s, end_s, rate, file.frames)
             file.seek(first)
-            return mixed(path, _pieces(file, path, first, last), rate, file.channels, channel, first / rate, mix_different)
+            return mixed(
+                path, _pieces(file, path, first, last), rate, file.channels, channel, first / rate, mix_different
+            )
     except (soundfile.SoundFileError, OSError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(f"{path}: cannot be read as wav ({reason}); copy or convert it again") from error

@@ -2,8 +2,8 @@
 
 Five header lines (path, names and values of fields, names of markers, names of coordinates) are followed by one line
 per frame: its number, its time, and x, y, z of each marker. The fields of a lost marker are empty; on reading, "nan"
-and three exact zeros, which other programs write, also mean lost. Commas or semicolons instead of tabs and decimal commas,
-as spreadsheets save them, spaces, as editors leave them, and lines of comments are accepted.
+and three exact zeros, which other programs write, also mean lost. Commas or semicolons instead of tabs and decimal
+commas, as spreadsheets save them, spaces, as editors leave them, and lines of comments are accepted.
 """
 
 from __future__ import annotations

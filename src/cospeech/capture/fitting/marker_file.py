@@ -72,7 +72,9 @@ def read(
     for ours, theirs in names.items():
         first = next(other for other, marker in names.items() if marker == theirs)
         if first != ours:
-            raise UserError(f"corpus.markers.names: '{theirs}' is mapped to both {first} and {ours}; correct one of them")
+            raise UserError(
+                f"corpus.markers.names: '{theirs}' is mapped to both {first} and {ours}; correct one of them"
+            )
     places = np.full((len(held.places_m), len(NAMES), 3), np.nan)
     for ours, theirs in ((ours, foreign.normalised(theirs)) for ours, theirs in names.items()):
         if held.names.count(theirs) > 1:
