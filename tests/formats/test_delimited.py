@@ -35,11 +35,6 @@ def test_any_cells_are_read_back_whatever_separates_them(tmp_path_factory, rows,
     ]
 
 
-def test_names_of_known_columns_may_be_in_capitals(tmp_path):
-    (tmp_path / "a.csv").write_text("Record;START_S;Other\na;1;2\n")
-    assert delimited.read(tmp_path / "a.csv", COLUMNS).columns == ("record", "start_s", "Other")
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=80).map(lambda text: ("record,start_s\n" + text).encode()))
 def test_any_bytes_are_read_or_rejected_in_one_line(tmp_path_factory, content):

@@ -276,6 +276,8 @@ def _read_csv(path: str | Path, _: Recording, asked: str | None) -> Source:
     sheet = delimited.read(path, (*CSV_COLUMNS, CSV_TIER))
     for column in CSV_COLUMNS:
         if column not in sheet.columns:
+            if column in map(str.lower, sheet.columns):
+                raise UserError(f"{path}: write the column name '{column}' in lower case")
             name = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}.get(
                 sheet.separator, f"'{sheet.separator}'"
             )

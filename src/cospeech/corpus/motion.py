@@ -77,8 +77,8 @@ def _check_degrees(clip: bvh.Clip, path: str | Path) -> None:
     largest_deg = rotation.angles_deg(clip.rotations).max(axis=0)
     if (largest_deg > SMALLEST_DEG).sum() >= N_MOVING and largest_deg.max() < np.pi:
         raise UserError(
-            f"{path}: no joint turns by more than {largest_deg.max():.2g} degrees, so the angles seem to be in radians; "
-            "export it in degrees"
+            f"{path}: no joint turns by more than {largest_deg.max():.2g} degrees, so the angles seem to be in "
+            "radians; export it in degrees"
         )
 
 

@@ -52,14 +52,14 @@ def separator_of(text: str, known: Collection[str]) -> tuple[str, int]:
     header = (text.splitlines() or [""])[0]
 
     def fit(separator: str) -> tuple[int, int]:
-        names = [name.strip().lower() for name in next(csv.reader([header], delimiter=separator), [])]
+        names = [name.strip() for name in next(csv.reader([header], delimiter=separator), [])]
         return sum(name in known for name in names), len(names)
 
     return max(SEPARATORS, key=fit), 0
 
 
 def read(path: str | Path, known: Collection[str]) -> Sheet:
-    """Read a delimited file, most of whose columns have names in ``known``, which are in lower case.
+    """Read a delimited file, most of whose columns have names in ``known``.
 
     Rows without content are left out. A row that is shorter than the header lacks the cells at its end.
 
@@ -83,7 +83,7 @@ def read(path: str | Path, known: Collection[str]) -> Sheet:
                 if columns:
                     rows.append(Row(line, _row(columns, cells, separator, f"{path}: line {line}")))
                 else:
-                    columns = _header([cell.lower() if cell.lower() in known else cell for cell in cells], path)
+                    columns = _header(cells, path)
             line = after
     except csv.Error as error:
         raise UserError(f"{path}: line {line + 1} cannot be read as CSV ({error}); export it again") from error
