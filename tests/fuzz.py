@@ -47,6 +47,7 @@ MAX_S, MAX_BYTES = 10, 4 << 30
 LABELS = list(vocabulary.GESTURES)
 OURS = MotionConventions("y", "m", "cospeech", "hanging")
 SMPLX = MotionConventions("y", "m", "smplx", "t_pose")
+RECORDING = annotations.Recording("a", 6.0)
 SPANS = [(0.5, 2.0, "rest"), (2.0, 3.0, LABELS[-1]), (3.0, 4.5, "rest")]
 
 NUMBERS = (
@@ -109,10 +110,6 @@ def _annotations(path: Path) -> None:
         pd.DataFrame(SPANS, columns=["start_s", "end_s", "gesture"]).to_csv(path, index=False)
 
 
-def _read_annotations(path: Path) -> object:
-    return annotations.read(path, annotations.Recording("a", 6.0), LABELS)
-
-
 def _sheet(path: Path) -> None:
     for name in ("a.bvh", "a.wav"):
         (path.parent / name).touch()
@@ -170,9 +167,9 @@ READERS = {
         ".csv", lambda path: _prosody().to_csv(path, index=False), lambda path: user_tables.prosody(path, 0.025)
     ),
     "gestures_csv": Reader(".csv", _gestures, lambda path: user_tables.gestures(path, "a", LABELS)),
-    "elan": Reader(".eaf", _annotations, _read_annotations),
-    "textgrid": Reader(".TextGrid", _annotations, _read_annotations),
-    "annotations_csv": Reader(".csv", _annotations, _read_annotations),
+    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
+    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
+    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
     "sheet": Reader(".csv", _sheet, _read_sheet),
     "toml": Reader(".toml", _cameras, camera_toml.read),
     "wav": Reader(".wav", _sound, lambda path: (sound.read(path), audio.read(path))),
