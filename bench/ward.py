@@ -1,8 +1,8 @@
 """Time Ward's clustering with medoids against scipy's with means: python bench/ward.py [points ...]
 
 Points are drawn around random centres in six dimensions. scipy's clustering is another method, which needs Euclidean
-data and no sums over members; with the same points, it says how fast this processor is. The two take turns, and the
-best processor time of the rounds is printed. The time for the distances is not included. Memory is that of the
+data and no sums over members; its time for the same points says how fast the processor is. The two take turns, and
+the best processor time of the rounds is printed. The time for the distances is not included. Memory is that of the
 distances and the working memory, as allocated. scipy is left out where its distances would take more than 1 GB.
 """
 
@@ -24,7 +24,7 @@ MOST_FOR_SCIPY = 15_000
 
 
 def draw(n_points: int) -> np.ndarray:
-    """Return points (N, 6) around common centres."""
+    """Return points (N, 6) around random centres."""
     rng = np.random.default_rng(n_points)
     centres = rng.normal(0.0, 1.0, (CENTRES, DIMENSIONS))
     return centres[rng.integers(CENTRES, size=n_points)] + rng.normal(0.0, 0.5, (n_points, DIMENSIONS))

@@ -28,6 +28,11 @@ CONTRACT = {
     "speech/ada_1/pitch.parquet": "frame time_s f0_hz",
     "speech/ada_1/prosody.parquet": "frame time_s intensity pitch_lag pitch_gain d_intensity d_pitch_lag "
     "d_pitch_gain intensity_log lag_s",
+    "segmentation/phases/ada_1.parquet": "record phase start_frame end_frame start_s end_s temporal_extent "
+    "spatial_extent velocity acceleration curvature height",
+    "segmentation/subunits/head/ada_1.parquet": "record segment start_frame end_frame start_s end_s cluster still",
+    "segmentation/subunits/arms/ada_1.parquet": "record segment start_frame end_frame start_s end_s cluster still",
+    "segmentation/subunits/legs/ada_1.parquet": "record segment start_frame end_frame start_s end_s cluster still",
     "phrases/gesture/ada_1.parquet": "record segment start_frame end_frame start_s end_s label",
     "phrases/prosody/clusters~4/states~3/fold~ada_1/segments.parquet": "record segment start_frame end_frame label",
     "phrases/prosody/clusters~4/states~3/fold~ada_1/model.parquet": "branch state entry_probability "

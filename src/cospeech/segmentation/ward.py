@@ -29,6 +29,9 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers, Singles
 from cospeech.kernels.jit import njit
 
+SPARSE = 25
+"""Looking up a sum, which misses the cache, takes as long as adding this number of distances in order."""
+
 
 class Tree(NamedTuple):
     """The N - 1 merges of N points, in the order in which they were made.
@@ -72,7 +75,8 @@ def tree(distances: Singles) -> Tree:
     kept, merged, medoid = np.zeros((3, n_points - 1), dtype=np.int64)
     found = Tree(kept, merged, medoid, np.zeros(n_points - 1))
     if n_points > 1:
-        _merge_all(distances, *found)
+        # allocated here because numpy, unlike numba, asks for large pages, in which look-ups are faster
+        _merge_all(distances, np.empty((n_points // 2, n_points), dtype=np.float32), *found)
     return found
 
 
@@ -133,9 +137,9 @@ def _costs(
     beyond: Any,
     bound: Any,
     cost: Any,
-    nearest: Any,
-    chosen: Any,
     central: Any,
+    chosen: Any,
+    limit: Any,
     update: bool,
 ) -> None:
     """Write the costs of merging cluster a with each of the ``active`` ones.
@@ -145,56 +149,57 @@ def _costs(
     Parameters
     ----------
     inside : members of a, the most central first.
-    cost, nearest : (N,) working memory; ``cost`` is the result. See ``_merge_all`` for the other arrays.
+    cost : (N,), filled by name of the cluster.
+    central, chosen, limit : (N,) working memory. ``_merge_all`` describes the other arrays.
     """
     n_points = len(cluster)
     row = distances[a] if place[a] < 0 else sums[place[a]]
+    # ``central`` are the sums of the distances of one member of a, the most central first, from the other clusters.
+    around = distances[inside[0]]
     for c in active:
-        cost[c] = np.inf
+        cost[c], central[c] = np.inf, 0.0
     for point in range(n_points):
-        total = own[point] + float(row[point])
-        cost[cluster[point]] = min(cost[cluster[point]], total)
-    in_rows = 1 < len(inside) <= 8
-    if in_rows:
-        nearest[:] = np.inf
-        for member in inside:
-            centre, around = own[member], distances[member]
-            for point in range(n_points):
-                nearest[point] = min(nearest[point], centre + float(around[point]))
+        c = cluster[point]
+        cost[c] = min(cost[c], own[point] + float(row[point]))
+        central[c] += float(around[point])
     least = np.inf
     for c in active:
         if c != a:
-            best = min(cost[c], nearest[c]) if place[c] < 0 and in_rows else cost[c]
+            best = min(cost[c], own[inside[0]] + central[c])
             cost[c] = best - error[a] - error[c]
             least = min(least, cost[c])
-    # What remains are the members of a as centres. Each look-up misses the cache, so the first of all clusters are
-    # made together, without branches between them, and the processor has several under way.
-    single, centre = len(inside) == 1, inside[0]
-    n_chosen = 0
+    n_open = 0
     for c in active:
-        limit = min(cost[c], max(least, bound[c]) if update else least) + error[a] + error[c]
-        chosen[n_chosen] = c
-        skipped = c == a or (place[c] < 0 and (in_rows or single)) or (bound[c] >= least and not update)
-        n_chosen += not skipped and own[centre] + beyond[c] < limit
-    for k in range(n_chosen):
-        c = chosen[k]
-        central[k] = distances[c, centre] if place[c] < 0 else sums[place[c], centre]
-    for k in range(n_chosen):
-        c = chosen[k]
-        limit = min(cost[c], max(least, bound[c]) if update else least) + error[a] + error[c]
-        best = min(limit, own[centre] + float(central[k]))
-        other = distances[c] if place[c] < 0 else sums[place[c]]
-        for member in inside[1:]:
-            if own[member] + beyond[c] >= best:
-                break
-            best = min(best, own[member] + float(other[member]))
-        if best < limit:
-            cost[c] = best - error[a] - error[c]
-            least = min(least, cost[c])
+        if c != a and (update or bound[c] < least):
+            limit[c] = min(cost[c], max(least, bound[c]) if update else least) + error[a] + error[c]
+            chosen[n_open] = c
+            n_open += 1
+    for member in inside[1:]:
+        n_kept = 0
+        for k in range(n_open):
+            chosen[n_kept] = chosen[k]
+            n_kept += own[member] + beyond[chosen[k]] < limit[chosen[k]]
+        n_open = n_kept
+        if n_open == 0:
+            break
+        if SPARSE * n_open > n_points:
+            central[:] = 0.0
+            around = distances[member]
+            for point in range(n_points):
+                central[cluster[point]] += float(around[point])
+        else:
+            for k in range(n_open):
+                c = chosen[k]
+                central[c] = distances[c, member] if place[c] < 0 else sums[place[c], member]
+        for k in range(n_open):
+            c = chosen[k]
+            total = own[member] + central[c]
+            if total < limit[c]:
+                limit[c], cost[c] = total, total - error[a] - error[c]
 
 
 @njit
-def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any) -> None:
+def _merge_all(distances: Any, sums: Any, kept: Any, merged: Any, medoids: Any, costs: Any) -> None:
     """Fill the arrays of a ``Tree``.
 
     The arrays below describe points, or clusters under the names of these.
@@ -205,7 +210,6 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
     bound : lower bound of the cost of merging a cluster with any other one; attained with ``near`` unless that is -1.
     """
     n_points = len(distances)
-    sums = np.empty((n_points // 2, n_points), distances.dtype)
     n_sums = n_free = 0
     free = np.empty(n_points, np.int64)
     place, cluster = np.full(n_points, -1), np.arange(n_points)
@@ -213,7 +217,7 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
     active = np.arange(n_points)
     own, error = np.zeros(n_points), np.zeros(n_points)
     near, bound = np.full(n_points, -1), np.full(n_points, np.inf)
-    cost, nearest, central = np.empty(n_points), np.empty(n_points), np.empty(n_points)
+    cost, central, limit = np.empty(n_points), np.empty(n_points), np.empty(n_points)
     members, chosen = np.empty(n_points, np.int64), np.empty(n_points, np.int64)
     for point in range(n_points):
         for other in range(n_points):
@@ -242,9 +246,9 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
                 beyond,
                 bound,
                 cost,
-                nearest,
-                chosen,
                 central,
+                chosen,
+                limit,
                 False,
             )
             bound[a] = np.inf
@@ -296,9 +300,9 @@ def _merge_all(distances: Any, kept: Any, merged: Any, medoids: Any, costs: Any)
             beyond,
             bound,
             cost,
-            nearest,
-            chosen,
             central,
+            chosen,
+            limit,
             True,
         )
         bound[a], near[a] = np.inf, -1
