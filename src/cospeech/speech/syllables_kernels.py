@@ -1,0 +1,447 @@
+"""Compiled analysis of a stream of samples; ``syllables`` is its interface and describes the method.
+
+Samples are analysed in hops of ``HOP`` samples, whatever the chunks in which they arrive, and every number is computed
+from the same operands in the same order. The result therefore does not depend on the chunks, to the last bit. Frame f
+covers hop f. It is measured when the ``AHEAD`` hops after it are complete, into which its windows reach. Everything
+that a stream remembers is in arrays of fixed size.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cospeech.data.arrays import Floats
+from cospeech.kernels.jit import njit
+
+RATE_HZ = 16000
+HOP = 80
+HOP_S = HOP / RATE_HZ
+
+HIGH_PASS_HZ = 50.0
+"""Cutoff frequency of the high-pass filter (second order) that removes offset and rumble."""
+
+GAUSSIAN_S = 0.012
+"""Standard deviation of the Gaussian window of the intensity."""
+
+BIN = 16
+"""Number of samples whose power is added before it is weighted by the Gaussian."""
+
+N_BINS = 55
+"""Length of the Gaussian window in bins; centred on a frame, it ends where a hop does."""
+
+AHEAD = (N_BINS * BIN // HOP - 1) // 2
+SMALLEST_POWER = 1.0 / (12 * 32768**2)
+"""Power of 16-bit quantisation noise at full scale 1."""
+
+DECIMATION = 4
+"""Pitch is found at a quarter of the sampling rate."""
+
+LOW_PASS_HZ, HALF_FILTER = 1500.0, 32
+"""Cutoff frequency of the filter before decimation, and its length at either side in samples."""
+
+PITCH_HZ = (60.0, 500.0)
+"""Range of the pitch in hertz."""
+
+WINDOW = 200
+"""Length of the window of the autocorrelation at the lower rate: three periods of the lowest pitch."""
+
+TOGETHER = 4
+"""Number of samples whose products are added at once."""
+
+LOW_RATE_HZ, LOW_HOP = RATE_HZ // DECIMATION, HOP // DECIMATION
+FIRST_LAG, LAST_LAG = int(LOW_RATE_HZ / PITCH_HZ[1]) - 1, int(LOW_RATE_HZ / PITCH_HZ[0]) + 2
+"""The lags of the pitch range, and one more at each end, to tell whether a limit is a peak."""
+
+NEWER = (HOP * AHEAD + HOP // 2 - HALF_FILTER) // DECIMATION - WINDOW // 2
+"""Number of samples at the lower rate that are newer than the window of the frame being measured."""
+
+VOICING_THRESHOLD, OCTAVE_COST = 0.45, 0.01
+VOICING_COST, JUMP_COST = 0.14 * 0.01 / HOP_S, 0.35 * 0.01 / HOP_S
+"""Praat's defaults; the costs of a change refer to frames of 10 ms."""
+
+CANDIDATES = 5
+"""Number of candidates per frame; the first one is unvoiced."""
+
+SILENT_DB = -70.0
+ABOVE_NOISE_DB, NOISE_RISE_DB, NOISE_START_DB = 8.0, 2.0 * HOP_S, -50.0
+BELOW_LOUD_DB, LOUD_FALL_DB = 30.0, 3.0 * HOP_S
+"""A frame is silent below any of three levels: a fixed one, one above the noise, and one below loud speech. The level
+of the noise follows a fall at once and a rise by 2 dB per second, that of loud speech a rise at once and a fall by 3 dB
+per second."""
+
+LASTING = 3
+"""Number of frames after which a voiced, unvoiced or silent stretch has ended, if none of them is of its kind."""
+
+SHORTEST = 8
+"""Length of the shortest syllable in frames."""
+
+DIP_DB = 0.5
+"""Depth of the trough that separates two syllables, below the peaks at either side of it."""
+
+APART = 15
+"""Distance of the peaks of two syllables in frames."""
+
+SILENT, UNVOICED, VOICED = 0, 1, 2
+
+FRAME = np.dtype([("db", "f8"), ("power", "f8"), ("f0_hz", "f8"), ("kind", "i8")])
+"""Level, power, pitch (0: unvoiced) and kind of a frame."""
+
+SUM = np.dtype(
+    [
+        ("power", "f8"),
+        ("n", "i8"),
+        ("f0", "f8"),
+        ("low", "f8"),
+        ("high", "f8"),
+        ("rise", "f8"),
+        ("fall", "f8"),
+    ]
+)
+"""Of successive frames: the sum of their power, and of the pitch of the ``n`` voiced ones the sum, the lowest, the
+highest, the largest rise and the largest fall."""
+
+ROW = np.dtype(
+    [
+        ("first", "i8"),
+        ("peak", "i8"),
+        ("after", "i8"),
+        ("known", "i8"),
+        ("f0", "f8"),
+        ("rise", "f8"),
+        ("fall", "f8"),
+        ("power", "f8"),
+    ]
+)
+"""A syllable: its first frame, the frame of its peak, the frame after its last one, and the number of complete hops when
+it became known; its mean pitch, the largest rise and the largest fall of the pitch (NaN if unvoiced); its mean power."""
+
+MEMORY = np.dtype(
+    [
+        ("waiting", "f8", (HOP,)),
+        ("n_waiting", "i8"),
+        ("hops", "i8"),
+        ("filter", "f8", (4,)),
+        ("heard", "f8", (2 * HALF_FILTER + HOP,)),
+        ("bins", "f8", (N_BINS,)),
+        ("low", "f8", (WINDOW + NEWER,)),
+        ("score", "f8", (CANDIDATES,)),
+        ("hertz", "f8", (CANDIDATES,)),
+        ("noise_db", "f8"),
+        ("loud_db", "f8"),
+        ("recent", FRAME, (LASTING,)),
+        ("kind", "i8"),
+        ("first", "i8"),
+        ("peak", "i8"),
+        ("peak_db", "f8"),
+        ("trough", "i8"),
+        ("trough_db", "f8"),
+        ("risen_db", "f8"),
+        ("rest", SUM),
+        ("sum", SUM),
+    ]
+)
+"""What a stream remembers.
+
+- ``waiting``: the ``n_waiting`` samples that wait for the rest of their hop; ``hops``: the number of complete hops
+- ``filter``: the last two samples before and after the high-pass filter; ``heard``: the latest samples after it;
+  ``bins``: the power of the latest bins; ``low``: the latest samples at the lower rate
+- ``score``, ``hertz``: of each candidate of the latest frame, the score of the best path that ends in it, and its pitch
+- ``noise_db``, ``loud_db``: levels of noise and of loud speech
+- ``recent``: the latest frames
+- of the open stretch: ``kind``; ``first`` frame; ``peak`` and the ``trough`` after it, with their levels; the highest
+  level since the trough; and the ``sum`` of its frames up to the trough and of the ``rest``
+"""
+
+
+def memory() -> npt.NDArray[Any]:
+    """Return the memory (1,) of a stream of which nothing has been heard."""
+    new = np.zeros(1, MEMORY)
+    new["noise_db"] = new["loud_db"] = NOISE_START_DB
+    new["score"][0, 1:], new["hertz"] = -np.inf, 1.0
+    return new
+
+
+def _high_pass() -> tuple[float, float]:
+    """Return the two feedback coefficients of a second-order Butterworth filter (bilinear transform)."""
+    angle = 2 * np.pi * HIGH_PASS_HZ / RATE_HZ
+    alpha = np.sin(angle) / np.sqrt(2.0)
+    return float(-2 * np.cos(angle) / (1 + alpha)), float((1 - alpha) / (1 + alpha))
+
+
+def _gaussian() -> Floats:
+    place_s = (np.arange(N_BINS) - N_BINS // 2) * BIN / RATE_HZ
+    weights = np.exp(-0.5 * (place_s / GAUSSIAN_S) ** 2)
+    return np.asarray(weights / weights.sum() / BIN)
+
+
+def _low_pass() -> Floats:
+    place = np.arange(-HALF_FILTER, HALF_FILTER + 1)
+    taps = np.sinc(2.0 * LOW_PASS_HZ / RATE_HZ * place) * np.hamming(len(place))
+    return np.asarray(taps / taps.sum())
+
+
+def _taper() -> tuple[Floats, Floats]:
+    """Return the window of the autocorrelation, and its own autocorrelation at the lags (Boersma 1993)."""
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(WINDOW) + 0.5) / WINDOW)
+    r = np.correlate(window, window, "full")[WINDOW - 1 :]
+    return window, np.asarray(r[FIRST_LAG : LAST_LAG + 1] / r[0])
+
+
+A1, A2 = _high_pass()
+GAIN = (1.0 - A1 + A2) / 4.0
+GAUSSIAN, LOW_PASS = _gaussian(), _low_pass()
+TAPER, TAPER_R = _taper()
+
+
+@njit
+def _shift(values: Any, n: int) -> None:
+    """Discard the first ``n`` values and move the others to the front."""
+    for i in range(len(values) - n):
+        values[i] = values[i + n]
+
+
+@njit
+def _hear(memory: Any) -> None:
+    """Filter a hop, and add the power of its bins. Samples that are not finite count as zero."""
+    heard, bins = memory.heard, memory.bins
+    _shift(heard, HOP)
+    _shift(bins, HOP // BIN)
+    x1, x2, y1, y2 = memory.filter
+    for b in range(HOP // BIN):
+        power = 0.0
+        for i in range(b * BIN, (b + 1) * BIN):
+            x = memory.waiting[i]
+            x = min(max(x, -1.0), 1.0) if np.isfinite(x) else 0.0
+            y = GAIN * (x - 2.0 * x1 + x2) - A1 * y1 - A2 * y2
+            if abs(y) < 1e-12:  # the filter would otherwise decay to denormal numbers, which are slow
+                y = 0.0
+            x2, x1, y2, y1 = x1, x, y1, y
+            heard[2 * HALF_FILTER + i] = y
+            power += y * y
+        bins[N_BINS - HOP // BIN + b] = power
+    memory.filter[0], memory.filter[1], memory.filter[2], memory.filter[3] = x1, x2, y1, y2
+
+
+@njit
+def _decimate(memory: Any) -> None:
+    """Add a hop to the samples at the lower rate."""
+    low, heard = memory.low, memory.heard
+    _shift(low, LOW_HOP)
+    for i in range(LOW_HOP):
+        first, last = DECIMATION * i, DECIMATION * i + 2 * HALF_FILTER
+        total = LOW_PASS[HALF_FILTER] * heard[first + HALF_FILTER]
+        for k in range(HALF_FILTER):
+            total += LOW_PASS[k] * (heard[first + k] + heard[last - k])
+        low[len(low) - LOW_HOP + i] = total
+
+
+@njit
+def _autocorrelation(low: Any, r: Any) -> None:
+    """Compute the autocorrelation of the oldest window, divided by that of its taper (Boersma 1993, eq. 9)."""
+    mean, energy = 0.0, 0.0
+    for i in range(WINDOW):
+        mean += low[i]
+    mean /= WINDOW
+    tapered = np.zeros(WINDOW + LAST_LAG + TOGETHER)
+    for i in range(WINDOW):
+        tapered[i] = TAPER[i] * (low[i] - mean)
+        energy += tapered[i] * tapered[i]
+    r[:] = 0.0
+    if energy > SMALLEST_POWER * WINDOW:
+        # The loop over the lags is inside and adds the products of several samples, so that it can be vectorised.
+        for i in range(0, WINDOW, TOGETHER):
+            a, b, c, d = tapered[i], tapered[i + 1], tapered[i + 2], tapered[i + 3]
+            later = tapered[i + FIRST_LAG :]
+            for k in range(len(r)):
+                r[k] += a * later[k] + b * later[k + 1] + c * later[k + 2] + d * later[k + 3]
+        for k in range(len(r)):
+            r[k] /= energy * TAPER_R[k]
+
+
+@njit
+def _candidates(low: Any, strength: Any, hertz: Any) -> None:
+    """Find the strongest peaks of the autocorrelation; unused candidates have a strength of minus infinity."""
+    r = np.empty(LAST_LAG - FIRST_LAG + 1)
+    _autocorrelation(low, r)
+    hertz[:] = 1.0
+    strength[0], strength[1:] = VOICING_THRESHOLD, -np.inf
+    for k in range(1, len(r) - 1):
+        before, top, after = r[k - 1], r[k], r[k + 1]
+        if top > 0.5 * VOICING_THRESHOLD and top > before and top >= after:
+            shift = 0.5 * (before - after) / (before - 2.0 * top + after)
+            pitch = LOW_RATE_HZ / (FIRST_LAG + k + shift)
+            height = min(top - 0.25 * (before - after) * shift, 1.0) + OCTAVE_COST * np.log2(pitch / PITCH_HZ[0])
+            weakest = 1 + np.argmin(strength[1:])
+            if height > strength[weakest]:
+                strength[weakest], hertz[weakest] = height, pitch
+
+
+@njit
+def _track(memory: Any) -> float:
+    """Extend the paths by a frame, and return the pitch of the best one, 0 if it is unvoiced.
+
+    This is the search of Praat without looking ahead.
+    """
+    strength, hertz, score = np.empty(CANDIDATES), np.empty(CANDIDATES), np.empty(CANDIDATES)
+    _candidates(memory.low, strength, hertz)
+    ended, before_hz = memory.score, memory.hertz
+    for k in range(CANDIDATES):
+        score[k] = -np.inf
+        for j in range(CANDIDATES):
+            if ended[j] > -np.inf and strength[k] > -np.inf:
+                cost = VOICING_COST if (j == 0) != (k == 0) else 0.0
+                if j > 0 and k > 0:
+                    cost = JUMP_COST * abs(np.log2(hertz[k] / before_hz[j]))
+                score[k] = max(score[k], ended[j] - cost + strength[k])
+    best = np.argmax(score)
+    for k in range(CANDIDATES):
+        ended[k], before_hz[k] = score[k] - score[best], hertz[k]
+    return hertz[best] if best > 0 else 0.0
+
+
+@njit
+def _measure(memory: Any) -> None:
+    """Measure the frame that is now covered by the windows, and append it to the recent ones."""
+    recent = memory.recent
+    for i in range(LASTING - 1):
+        recent[i] = recent[i + 1]
+    frame = recent[LASTING - 1]
+    power = 0.0
+    for b in range(N_BINS):
+        power += GAUSSIAN[b] * memory.bins[b]
+    frame.power = max(power, SMALLEST_POWER)
+    frame.db = 10.0 * np.log10(frame.power)
+    frame.f0_hz = _track(memory)
+    memory.noise_db = min(memory.noise_db + NOISE_RISE_DB, frame.db)
+    memory.loud_db = max(memory.loud_db - LOUD_FALL_DB, frame.db)
+    frame.kind = VOICED if frame.f0_hz > 0.0 else UNVOICED
+    if frame.db < max(SILENT_DB, memory.noise_db + ABOVE_NOISE_DB, memory.loud_db - BELOW_LOUD_DB):
+        frame.kind = SILENT
+
+
+@njit
+def _clear(total: Any) -> None:
+    total.power = total.f0 = total.rise = total.fall = 0.0
+    total.n, total.low, total.high = 0, np.inf, -np.inf
+
+
+@njit
+def _add(total: Any, later: Any) -> None:
+    """Add the sum of later frames to ``total``, and clear it."""
+    total.rise = max(total.rise, later.rise, later.high - total.low)
+    total.fall = max(total.fall, later.fall, total.high - later.low)
+    total.low, total.high = min(total.low, later.low), max(total.high, later.high)
+    total.power += later.power
+    total.f0 += later.f0
+    total.n += later.n
+    _clear(later)
+
+
+@njit
+def _take(memory: Any, frame: Any, number: int) -> None:
+    """Add a frame to the open stretch whose peak and trough have been updated."""
+    rest, hertz = memory.rest, frame.f0_hz
+    rest.power += frame.power
+    if hertz > 0.0:
+        if rest.n > 0:
+            rest.rise, rest.fall = max(rest.rise, hertz - rest.low), max(rest.fall, rest.high - hertz)
+        rest.low, rest.high = min(rest.low, hertz), max(rest.high, hertz)
+        rest.f0 += hertz
+        rest.n += 1
+    memory.risen_db = max(memory.risen_db, frame.db)
+    if memory.trough == number:
+        _add(memory.sum, rest)
+
+
+@njit
+def _write(row: Any, memory: Any, after: int) -> None:
+    """Write the open stretch, up to its trough or, after ``_add``, up to its end, as a syllable."""
+    total = memory.sum
+    row.first, row.peak, row.after, row.known = memory.first, memory.peak, after, memory.hops
+    row.power = total.power / (after - memory.first)
+    row.f0 = row.rise = row.fall = np.nan
+    if memory.kind == VOICED:
+        row.f0, row.rise, row.fall = total.f0 / total.n, total.rise, total.fall
+
+
+@njit
+def _set_peak(memory: Any, number: int, db: float) -> None:
+    memory.peak = memory.trough = number
+    memory.peak_db = memory.trough_db = memory.risen_db = db
+
+
+@njit
+def _change(memory: Any, number: int, kind: int, db: float, rows: Any, n: int) -> int:
+    """End the open stretch before a frame, and open one of another kind, which one that is too short joins."""
+    _add(memory.sum, memory.rest)
+    whole = number - memory.first >= SHORTEST
+    if memory.kind != SILENT and whole:
+        _write(rows[n], memory, number)
+        n += 1
+    if memory.kind == SILENT or kind == SILENT or whole:
+        memory.first = number
+        _clear(memory.sum)
+    memory.kind = kind
+    _set_peak(memory, number, db)
+    return n
+
+
+@njit
+def _segment(memory: Any, number: int, rows: Any, n: int) -> int:
+    """Assign the oldest of the recent frames to a syllable, and return the number of rows written."""
+    frame = memory.recent[0]
+    db, end = frame.db, memory.trough + 1
+    changes = True
+    for recent in memory.recent:
+        changes &= recent.kind != memory.kind
+    if changes:
+        n = _change(memory, number, frame.kind, db, rows, n)
+    elif memory.kind == SILENT:
+        return n
+    elif (
+        min(memory.peak_db, db) >= memory.trough_db + DIP_DB
+        and db >= memory.risen_db
+        and number >= memory.peak + APART
+        and end >= memory.first + SHORTEST
+    ):
+        _write(rows[n], memory, end)
+        n += 1
+        memory.first = end
+        _clear(memory.sum)
+        _set_peak(memory, number, db)
+    elif db > memory.peak_db:
+        _set_peak(memory, number, db)
+    elif db < memory.trough_db:
+        memory.trough = number
+        memory.trough_db = memory.risen_db = db
+    _take(memory, frame, number)
+    return n
+
+
+@njit
+def push(samples: Any, memories: Any, rows: Any) -> int:
+    """Analyse samples (n,), write the syllables that become known to ``rows`` (1 + n // HOP,), and return how many."""
+    memory = memories[0]
+    n = 0
+    for sample in samples:
+        memory.waiting[memory.n_waiting] = sample
+        memory.n_waiting += 1
+        if memory.n_waiting == HOP:
+            memory.n_waiting = 0
+            memory.hops += 1
+            _hear(memory)
+            _decimate(memory)
+            if memory.hops > AHEAD:
+                _measure(memory)
+            if memory.hops >= AHEAD + LASTING:
+                n = _segment(memory, memory.hops - AHEAD - LASTING, rows, n)
+    return n
+
+
+@njit
+def close(memories: Any, number: int, rows: Any) -> int:
+    """End the stream before a frame, and return the number of rows written, 0 or 1."""
+    return _change(memories[0], number, SILENT, 0.0, rows, 0)
