@@ -1,33 +1,41 @@
-"""Syllables of speech from its intensity and pitch, in a stream or a whole recording (Levine 2009, 3.2-3.4; 2010, 6.1).
+"""Syllables of speech from its intensity and pitch, in a stream or a recording (Levine 2009, 3.2-3.4; 2010, 6.1).
 
-A syllable is a peak of the intensity between two troughs. Boundaries also lie where speech becomes voiced or unvoiced
-and where it falls silent. The table therefore contains voiced syllables, the consonants between them without pitch, and
-gaps in silence. There is one implementation: a whole recording is a stream that is pushed and finished, and the chunks
-in which the samples arrive do not change the result.
+A syllable is a peak of the intensity between two troughs. There are also boundaries where speech becomes voiced or
+unvoiced and where it falls silent. The table therefore contains voiced syllables, the consonants between them, which
+have no pitch, and gaps where there is silence. There is one implementation: a recording is a stream that is pushed
+and finished. The chunks in which samples arrive do not change the result.
 
-Details that the papers leave open:
+Details that the papers leave open are implemented as follows:
 
-- The papers report a syllable when the next peak is found. Here, it is known as soon as the intensity has risen from
-  the trough by the dip that makes it one: the next peak can then only be higher, so nothing is gained by waiting.
-- A trough separates two syllables if it lies 0.5 dB below the peaks at either side, and these are 75 ms apart. Of two
+- The papers report a syllable when the next peak is found. Here, it is reported as soon as the intensity has risen
+  from the trough by the dip that makes it a boundary and the next peak can no longer be too close.
+- A trough is a boundary if it lies 0.5 dB below the peaks on both sides, and these are at least 75 ms apart. Of two
   closer peaks, the higher one counts.
-- The intensity is that of a Gaussian window with a standard deviation of 12 ms. The window ends 27.5 ms after its
-  centre, which is one part of the delay. A change of voicing or silence must last three frames of 5 ms: the other part.
-- A stretch of speech that is shorter than 40 ms, between changes of voicing, joins the stretch that follows it, and is
-  ignored before silence.
-- Pitch and voicing are those of Praat's autocorrelation method (Boersma 1993) with its default costs, in the range
-  from 60 to 500 Hz. The sound is decimated to 4 kHz, and the best path up to each frame takes the place of the best
-  path of the whole recording. ``pitch`` contains Praat's own track.
-- Silence is relative to the noise and to loud speech, whose levels are followed (see ``syllables_kernels``).
+- The Gaussian window of the intensity has a standard deviation of 12 ms and ends 27.5 ms after its centre. This is
+  one fixed part of the delay. The other is that a stretch of speech has ended when none of three frames (of 5 ms) is
+  of its kind: voiced, unvoiced or silent.
+- A stretch of less than 40 ms between changes of voicing joins the next one, or is ignored before silence. A syllable
+  of more than a second is cut.
+- Pitch and voicing are found by Praat's autocorrelation method (Boersma 1993) with its default costs, from 60 to
+  500 Hz in sound decimated to 4 kHz. The path through the candidates looks ahead by two frames instead of to the end
+  of the recording. The pitch of a syllable is that of its longest stretch without a jump. ``pitch`` contains Praat's
+  own track.
+- Silence is relative to the levels of noise and of loud speech, which are tracked (see ``syllables_kernels``).
 
-The width of the window, the dip, and the distance of peaks come from published practice and trials on the five
-LibriVox sentences, and so does the shortest length, which was chosen after these had been examined.
+Window, dip and distance are within the ranges that earlier trials on the five LibriVox sentences recommended. The
+shortest length and the cutoff frequency of the pitch were chosen after looking at these sentences, so their F1 is
+slightly optimistic. Nothing was tuned on the studio's voices. Measured, with voiced syllables as detections of vowels
+that are right within 50 ms (``bench/syllables.py``):
+
+- LibriVox: F1 0.89 (0.86 within 20 ms); from the peak of a syllable until it is known, 137 ms in the median and
+  203 ms at the 90th percentile. If unvoiced syllables counted as detections, F1 would be 0.74.
+- Eight voices of the studio: F1 0.90 to 0.96; 123 to 145 ms in the median.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -51,9 +59,9 @@ class Syllable(NamedTuple):
     Attributes
     ----------
     start_s, peak_s, end_s : its start, the peak of its intensity, and its end.
-    known_s : duration of the sound that had been heard when it was reported.
+    known_s : when it is reported to a live listener: the duration of the sound heard until then.
     f0_hz : mean pitch, NaN if unvoiced.
-    f0_rise_hz, f0_fall_hz : largest rise and largest fall of the pitch within the syllable, NaN if unvoiced.
+    f0_rise_hz, f0_fall_hz : largest rise and largest fall of the pitch within it, NaN if unvoiced.
     intensity_db : mean power, relative to full scale.
     """
 
@@ -111,7 +119,7 @@ class Stream:
         return found
 
     def finish(self) -> list[Syllable]:
-        """End the stream, and return its remaining syllables, which are known at its end."""
+        """End the stream, and return its remaining syllables. No samples may follow."""
         n_frames = -(-self._n_samples // kernels.HOP)
         duration_s = self._n_samples / kernels.RATE_HZ
         n_ahead = (n_frames + kernels.AHEAD + kernels.LASTING - 1) * kernels.HOP - self._n_samples
@@ -119,17 +127,19 @@ class Stream:
         return found + self._read(kernels.close(self._memory, n_frames, self._rows), duration_s)
 
     def _read(self, n_rows: int, end_s: float | None) -> list[Syllable]:
-        return [self._syllable(*row, end_s) for row in self._rows[:n_rows].tolist()]
+        return [_syllable(row, end_s) for row in self._rows[:n_rows].tolist()]
 
-    @staticmethod
-    def _syllable(
-        first: int, peak: int, after: int, known: int, f0: float, rise: float, fall: float, power: float, end_s: float | None
-    ) -> Syllable:
-        after_s, known_s = after * kernels.HOP_S, known * kernels.HOP_S
-        if end_s is not None:
-            after_s, known_s = min(after_s, end_s), end_s
-        peak_s = min((peak + 0.5) * kernels.HOP_S, after_s)
-        return Syllable(first * kernels.HOP_S, peak_s, after_s, known_s, f0, rise, fall, 10.0 * math.log10(power))
+
+def _syllable(row: tuple[Any, ...], end_s: float | None) -> Syllable:
+    """Return the syllable of a row of the kernels, or, if ``end_s`` is given, of one in a stream that ends there."""
+    first, peak, after, known, f0_hz, rise_hz, fall_hz, power = row
+    after_s, known_s = after * kernels.HOP_S, known * kernels.HOP_S
+    if end_s is not None:
+        after_s, known_s = min(after_s, end_s), min(known_s, end_s)
+    peak_s = min((peak + 0.5) * kernels.HOP_S, after_s)
+    return Syllable(
+        first * kernels.HOP_S, peak_s, after_s, known_s, f0_hz, rise_hz, fall_hz, 10.0 * math.log10(power)
+    )
 
 
 def find(samples: Floats, rate_hz: float) -> list[Syllable]:
@@ -149,8 +159,8 @@ def table(record: str, found: list[Syllable]) -> pd.DataFrame:
 def unvoiced_density(mean_hz: npt.ArrayLike, deviation_hz: npt.ArrayLike) -> Floats:
     """Return the expected normal density at the pitch of an unvoiced syllable.
 
-    The pitch is a random variable that is uniform over ``UNVOICED_HZ`` (Levine 2010, 6.1), so a model integrates it out:
-    this is the integral of the normal density over the range, divided by the width of the range.
+    The pitch is a random variable that is uniform over ``UNVOICED_HZ`` (Levine 2010, 6.1), and a model integrates it
+    out: this is the integral of the normal density over the range, divided by the width of the range.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Compiled analysis of a stream of samples; ``syllables`` is its interface and describes the method.
 
-Samples are analysed in hops of ``HOP`` samples, whatever the chunks in which they arrive, and every number is computed
-from the same operands in the same order. The result therefore does not depend on the chunks, to the last bit. Frame f
-covers hop f. It is measured when the ``AHEAD`` hops after it are complete, into which its windows reach. Everything
-that a stream remembers is in arrays of fixed size.
+Whatever the chunks in which samples arrive, they are analysed in hops of ``HOP`` samples, and every number is
+computed from the same operands in the same order. The result therefore does not depend on the chunks, to the last
+bit. Frame f covers hop f. Its windows reach into the ``AHEAD`` hops after it, so it is measured when these are
+complete. All that a stream remembers is in one record of fixed size.
 """
 
 from __future__ import annotations
@@ -52,8 +52,11 @@ TOGETHER = 4
 """Number of samples whose products are added at once."""
 
 LOW_RATE_HZ, LOW_HOP = RATE_HZ // DECIMATION, HOP // DECIMATION
-FIRST_LAG, LAST_LAG = int(LOW_RATE_HZ / PITCH_HZ[1]) - 1, int(LOW_RATE_HZ / PITCH_HZ[0]) + 2
-"""The lags of the pitch range, and one more at each end, to tell whether a limit is a peak."""
+BETWEEN = 6
+"""Number of lags at either side that a value of the autocorrelation between two lags is interpolated from."""
+
+FIRST_LAG, LAST_LAG = int(LOW_RATE_HZ / PITCH_HZ[1]) - BETWEEN, int(LOW_RATE_HZ / PITCH_HZ[0]) + 1 + BETWEEN
+"""The lags of the pitch range, and those at each end that interpolation needs."""
 
 NEWER = (HOP * AHEAD + HOP // 2 - HALF_FILTER) // DECIMATION - WINDOW // 2
 """Number of samples at the lower rate that are newer than the window of the frame being measured."""
@@ -69,14 +72,20 @@ SILENT_DB = -70.0
 ABOVE_NOISE_DB, NOISE_RISE_DB, NOISE_START_DB = 8.0, 2.0 * HOP_S, -50.0
 BELOW_LOUD_DB, LOUD_FALL_DB = 30.0, 3.0 * HOP_S
 """A frame is silent below any of three levels: a fixed one, one above the noise, and one below loud speech. The level
-of the noise follows a fall at once and a rise by 2 dB per second, that of loud speech a rise at once and a fall by 3 dB
-per second."""
+that is tracked for noise falls at once and rises by 2 dB per second; that for loud speech rises at once and falls by
+3 dB per second."""
 
 LASTING = 3
 """Number of frames after which a voiced, unvoiced or silent stretch has ended, if none of them is of its kind."""
 
 SHORTEST = 8
 """Length of the shortest syllable in frames."""
+
+LONGEST = 200
+"""Length at which a syllable is cut, in frames."""
+
+SMOOTH = 1.2
+"""Ratio of the pitch of two successive frames from which on it is a jump, such as an octave error."""
 
 DIP_DB = 0.5
 """Depth of the trough that separates two syllables, below the peaks at either side of it."""
@@ -86,22 +95,18 @@ APART = 15
 
 SILENT, UNVOICED, VOICED = 0, 1, 2
 
-FRAME = np.dtype([("db", "f8"), ("power", "f8"), ("f0_hz", "f8"), ("kind", "i8")])
-"""Level, power, pitch (0: unvoiced) and kind of a frame."""
-
-SUM = np.dtype(
+FRAME = np.dtype(
     [
+        ("db", "f8"),
         ("power", "f8"),
-        ("n", "i8"),
-        ("f0", "f8"),
-        ("low", "f8"),
-        ("high", "f8"),
-        ("rise", "f8"),
-        ("fall", "f8"),
+        ("silent", "bool"),
+        ("f0_hz", "f8"),
+        ("hertz", "f8", (CANDIDATES,)),
+        ("origin", "i8", (CANDIDATES,)),
     ]
 )
-"""Of successive frames: the sum of their power, and of the pitch of the ``n`` voiced ones the sum, the lowest, the
-highest, the largest rise and the largest fall."""
+"""A frame: its level and power, whether it is silent, and its pitch on the best path (0: unvoiced); of each
+candidate, the pitch, and the candidate of the previous frame from which the best path to it comes."""
 
 ROW = np.dtype(
     [
@@ -115,8 +120,8 @@ ROW = np.dtype(
         ("power", "f8"),
     ]
 )
-"""A syllable: its first frame, the frame of its peak, the frame after its last one, and the number of complete hops when
-it became known; its mean pitch, the largest rise and the largest fall of the pitch (NaN if unvoiced); its mean power."""
+"""A syllable: its first frame, the frame of its peak, the frame after its last one, and the number of complete hops
+when it became known; its mean pitch, and the largest rise and fall of the pitch (NaN if unvoiced); its mean power."""
 
 MEMORY = np.dtype(
     [
@@ -128,7 +133,6 @@ MEMORY = np.dtype(
         ("bins", "f8", (N_BINS,)),
         ("low", "f8", (WINDOW + NEWER,)),
         ("score", "f8", (CANDIDATES,)),
-        ("hertz", "f8", (CANDIDATES,)),
         ("noise_db", "f8"),
         ("loud_db", "f8"),
         ("recent", FRAME, (LASTING,)),
@@ -139,8 +143,8 @@ MEMORY = np.dtype(
         ("trough", "i8"),
         ("trough_db", "f8"),
         ("risen_db", "f8"),
-        ("rest", SUM),
-        ("sum", SUM),
+        ("power", "f8", (LONGEST,)),
+        ("f0_hz", "f8", (LONGEST,)),
     ]
 )
 """What a stream remembers.
@@ -148,11 +152,11 @@ MEMORY = np.dtype(
 - ``waiting``: the ``n_waiting`` samples that wait for the rest of their hop; ``hops``: the number of complete hops
 - ``filter``: the last two samples before and after the high-pass filter; ``heard``: the latest samples after it;
   ``bins``: the power of the latest bins; ``low``: the latest samples at the lower rate
-- ``score``, ``hertz``: of each candidate of the latest frame, the score of the best path that ends in it, and its pitch
+- ``score``: of each candidate of the latest frame, the score of the best path that ends in it
 - ``noise_db``, ``loud_db``: levels of noise and of loud speech
 - ``recent``: the latest frames
 - of the open stretch: ``kind``; ``first`` frame; ``peak`` and the ``trough`` after it, with their levels; the highest
-  level since the trough; and the ``sum`` of its frames up to the trough and of the ``rest``
+  level since the trough; and ``power`` and ``f0_hz`` of its frames
 """
 
 
@@ -160,7 +164,8 @@ def memory() -> npt.NDArray[Any]:
     """Return the memory (1,) of a stream of which nothing has been heard."""
     new = np.zeros(1, MEMORY)
     new["noise_db"] = new["loud_db"] = NOISE_START_DB
-    new["score"][0, 1:], new["hertz"] = -np.inf, 1.0
+    new["score"][0, 1:] = -np.inf
+    new["recent"]["silent"], new["recent"]["hertz"] = True, 1.0
     return new
 
 
@@ -190,10 +195,18 @@ def _taper() -> tuple[Floats, Floats]:
     return window, np.asarray(r[FIRST_LAG : LAST_LAG + 1] / r[0])
 
 
+def _between() -> Floats:
+    """Return the weights of lags for the value in their middle: a sinc with a Hann window."""
+    place = np.arange(BETWEEN) + 0.5
+    weights = np.sinc(place) * (0.5 + 0.5 * np.cos(np.pi * place / (BETWEEN + 0.5)))
+    return np.asarray(weights / (2 * weights.sum()))
+
+
 A1, A2 = _high_pass()
 GAIN = (1.0 - A1 + A2) / 4.0
 GAUSSIAN, LOW_PASS = _gaussian(), _low_pass()
 TAPER, TAPER_R = _taper()
+MIDDLE = _between()
 
 
 @njit
@@ -268,11 +281,18 @@ def _candidates(low: Any, strength: Any, hertz: Any) -> None:
     _autocorrelation(low, r)
     hertz[:] = 1.0
     strength[0], strength[1:] = VOICING_THRESHOLD, -np.inf
-    for k in range(1, len(r) - 1):
-        before, top, after = r[k - 1], r[k], r[k + 1]
+    # At lags and in the middle between them: parabolas through lags alone are too low by more than an octave costs.
+    fine = np.empty(2 * (len(r) - 2 * BETWEEN))
+    for k in range(len(fine) // 2):
+        fine[2 * k], fine[2 * k + 1] = r[k + BETWEEN], 0.0
+    for j in range(BETWEEN):
+        for k in range(len(fine) // 2):
+            fine[2 * k + 1] += MIDDLE[j] * (r[k + BETWEEN - j] + r[k + BETWEEN + 1 + j])
+    for k in range(1, len(fine) - 1):
+        before, top, after = fine[k - 1], fine[k], fine[k + 1]
         if top > 0.5 * VOICING_THRESHOLD and top > before and top >= after:
             shift = 0.5 * (before - after) / (before - 2.0 * top + after)
-            pitch = LOW_RATE_HZ / (FIRST_LAG + k + shift)
+            pitch = LOW_RATE_HZ / (FIRST_LAG + BETWEEN + 0.5 * (k + shift))
             height = min(top - 0.25 * (before - after) * shift, 1.0) + OCTAVE_COST * np.log2(pitch / PITCH_HZ[0])
             weakest = 1 + np.argmin(strength[1:])
             if height > strength[weakest]:
@@ -280,26 +300,28 @@ def _candidates(low: Any, strength: Any, hertz: Any) -> None:
 
 
 @njit
-def _track(memory: Any) -> float:
-    """Extend the paths by a frame, and return the pitch of the best one, 0 if it is unvoiced.
+def _track(memory: Any) -> None:
+    """Extend the paths of the pitch by a frame, and set the pitch of the recent frames to that of the best path.
 
-    This is the search of Praat without looking ahead.
+    This is the search of Praat, which looks ahead only as far as the recent frames do.
     """
-    strength, hertz, score = np.empty(CANDIDATES), np.empty(CANDIDATES), np.empty(CANDIDATES)
-    _candidates(memory.low, strength, hertz)
-    ended, before_hz = memory.score, memory.hertz
+    frame, before = memory.recent[LASTING - 1], memory.recent[LASTING - 2]
+    strength, score = np.empty(CANDIDATES), np.full(CANDIDATES, -np.inf)
+    _candidates(memory.low, strength, frame.hertz)
     for k in range(CANDIDATES):
-        score[k] = -np.inf
         for j in range(CANDIDATES):
-            if ended[j] > -np.inf and strength[k] > -np.inf:
-                cost = VOICING_COST if (j == 0) != (k == 0) else 0.0
-                if j > 0 and k > 0:
-                    cost = JUMP_COST * abs(np.log2(hertz[k] / before_hz[j]))
-                score[k] = max(score[k], ended[j] - cost + strength[k])
+            cost = VOICING_COST if (j == 0) != (k == 0) else 0.0
+            if j > 0 and k > 0:
+                cost = JUMP_COST * abs(np.log2(frame.hertz[k] / before.hertz[j]))
+            reached = memory.score[j] - cost + strength[k]
+            if reached > score[k]:
+                score[k], frame.origin[k] = reached, j
     best = np.argmax(score)
     for k in range(CANDIDATES):
-        ended[k], before_hz[k] = score[k] - score[best], hertz[k]
-    return hertz[best] if best > 0 else 0.0
+        memory.score[k] = score[k] - score[best]
+    for i in range(LASTING - 1, -1, -1):
+        memory.recent[i].f0_hz = memory.recent[i].hertz[best] if best > 0 else 0.0
+        best = memory.recent[i].origin[best]
 
 
 @njit
@@ -314,57 +336,58 @@ def _measure(memory: Any) -> None:
         power += GAUSSIAN[b] * memory.bins[b]
     frame.power = max(power, SMALLEST_POWER)
     frame.db = 10.0 * np.log10(frame.power)
-    frame.f0_hz = _track(memory)
     memory.noise_db = min(memory.noise_db + NOISE_RISE_DB, frame.db)
     memory.loud_db = max(memory.loud_db - LOUD_FALL_DB, frame.db)
-    frame.kind = VOICED if frame.f0_hz > 0.0 else UNVOICED
-    if frame.db < max(SILENT_DB, memory.noise_db + ABOVE_NOISE_DB, memory.loud_db - BELOW_LOUD_DB):
-        frame.kind = SILENT
+    frame.silent = frame.db < max(SILENT_DB, memory.noise_db + ABOVE_NOISE_DB, memory.loud_db - BELOW_LOUD_DB)
+    _track(memory)
 
 
 @njit
-def _clear(total: Any) -> None:
-    total.power = total.f0 = total.rise = total.fall = 0.0
-    total.n, total.low, total.high = 0, np.inf, -np.inf
-
-
-@njit
-def _add(total: Any, later: Any) -> None:
-    """Add the sum of later frames to ``total``, and clear it."""
-    total.rise = max(total.rise, later.rise, later.high - total.low)
-    total.fall = max(total.fall, later.fall, total.high - later.low)
-    total.low, total.high = min(total.low, later.low), max(total.high, later.high)
-    total.power += later.power
-    total.f0 += later.f0
-    total.n += later.n
-    _clear(later)
-
-
-@njit
-def _take(memory: Any, frame: Any, number: int) -> None:
-    """Add a frame to the open stretch whose peak and trough have been updated."""
-    rest, hertz = memory.rest, frame.f0_hz
-    rest.power += frame.power
-    if hertz > 0.0:
-        if rest.n > 0:
-            rest.rise, rest.fall = max(rest.rise, hertz - rest.low), max(rest.fall, rest.high - hertz)
-        rest.low, rest.high = min(rest.low, hertz), max(rest.high, hertz)
-        rest.f0 += hertz
-        rest.n += 1
-    memory.risen_db = max(memory.risen_db, frame.db)
-    if memory.trough == number:
-        _add(memory.sum, rest)
+def _kind(frame: Any) -> int:
+    if frame.silent:
+        return SILENT
+    return VOICED if frame.f0_hz > 0.0 else UNVOICED
 
 
 @njit
 def _write(row: Any, memory: Any, after: int) -> None:
-    """Write the open stretch, up to its trough or, after ``_add``, up to its end, as a syllable."""
-    total = memory.sum
+    """Write the open stretch up to the frame ``after`` as a syllable."""
     row.first, row.peak, row.after, row.known = memory.first, memory.peak, after, memory.hops
-    row.power = total.power / (after - memory.first)
+    n = after - memory.first
+    total = 0.0
+    for i in range(n):
+        total += memory.power[i]
+    row.power = total / n
     row.f0 = row.rise = row.fall = np.nan
     if memory.kind == VOICED:
-        row.f0, row.rise, row.fall = total.f0 / total.n, total.rise, total.fall
+        _summarise(memory.f0_hz[:n], row)
+
+
+@njit
+def _summarise(f0_hz: Any, row: Any) -> None:
+    """Write the mean, the largest rise and the largest fall of the longest stretch of pitch without a jump."""
+    longest = n = 0
+    total = low = high = rise = fall = before = 0.0
+    for hertz in f0_hz:
+        if hertz == 0.0 or before == 0.0 or max(hertz, before) > SMOOTH * min(hertz, before):
+            n, total, low, high, rise, fall = 0, 0.0, hertz, hertz, 0.0, 0.0
+        before = hertz
+        if hertz > 0.0:
+            n += 1
+            total += hertz
+            low, high = min(low, hertz), max(high, hertz)
+            rise, fall = max(rise, hertz - low), max(fall, high - hertz)
+            if n > longest:
+                longest, row.f0, row.rise, row.fall = n, total / n, rise, fall
+
+
+@njit
+def _begin(memory: Any, first: int, number: int) -> None:
+    """Make ``first`` the first frame of the open stretch, of which the frames before ``number`` are known."""
+    gone = first - memory.first
+    for i in range(number - first):
+        memory.power[i], memory.f0_hz[i] = memory.power[i + gone], memory.f0_hz[i + gone]
+    memory.first = first
 
 
 @njit
@@ -376,14 +399,12 @@ def _set_peak(memory: Any, number: int, db: float) -> None:
 @njit
 def _change(memory: Any, number: int, kind: int, db: float, rows: Any, n: int) -> int:
     """End the open stretch before a frame, and open one of another kind, which one that is too short joins."""
-    _add(memory.sum, memory.rest)
     whole = number - memory.first >= SHORTEST
     if memory.kind != SILENT and whole:
         _write(rows[n], memory, number)
         n += 1
     if memory.kind == SILENT or kind == SILENT or whole:
         memory.first = number
-        _clear(memory.sum)
     memory.kind = kind
     _set_peak(memory, number, db)
     return n
@@ -396,9 +417,9 @@ def _segment(memory: Any, number: int, rows: Any, n: int) -> int:
     db, end = frame.db, memory.trough + 1
     changes = True
     for recent in memory.recent:
-        changes &= recent.kind != memory.kind
+        changes &= _kind(recent) != memory.kind
     if changes:
-        n = _change(memory, number, frame.kind, db, rows, n)
+        n = _change(memory, number, _kind(frame), db, rows, n)
     elif memory.kind == SILENT:
         return n
     elif (
@@ -409,21 +430,23 @@ def _segment(memory: Any, number: int, rows: Any, n: int) -> int:
     ):
         _write(rows[n], memory, end)
         n += 1
-        memory.first = end
-        _clear(memory.sum)
+        _begin(memory, end, number)
         _set_peak(memory, number, db)
+    elif number == memory.first + LONGEST:
+        n = _change(memory, number, memory.kind, db, rows, n)
     elif db > memory.peak_db:
         _set_peak(memory, number, db)
     elif db < memory.trough_db:
         memory.trough = number
         memory.trough_db = memory.risen_db = db
-    _take(memory, frame, number)
+    memory.risen_db = max(memory.risen_db, db)
+    memory.power[number - memory.first], memory.f0_hz[number - memory.first] = frame.power, frame.f0_hz
     return n
 
 
 @njit
 def push(samples: Any, memories: Any, rows: Any) -> int:
-    """Analyse samples (n,), write the syllables that become known to ``rows`` (1 + n // HOP,), and return how many."""
+    """Analyse samples (n,), and return how many syllables became known, which are in ``rows`` (>= 1 + n // HOP,)."""
     memory = memories[0]
     n = 0
     for sample in samples:
