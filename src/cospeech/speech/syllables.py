@@ -29,7 +29,7 @@ that are right within 50 ms (``bench/syllables.py``):
 
 - LibriVox: F1 0.89 (0.86 within 20 ms); from the peak of a syllable until it is known, 137 ms in the median and
   203 ms at the 90th percentile. If unvoiced syllables counted as detections, F1 would be 0.74.
-- Eight voices of the studio: F1 0.90 to 0.96; 123 to 145 ms in the median.
+- Eight voices of the studio's synthesiser: F1 0.92 to 0.97; 123 to 142 ms in the median.
 """
 
 from __future__ import annotations
