@@ -94,8 +94,9 @@ def _gestures(path: Path) -> None:
 
 def _prosody() -> pd.DataFrame:
     rng = np.random.default_rng(0)
-    names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
-    columns = {name: rng.uniform(-1, 1, 60) for name in names}
+    largest = {"intensity": 1.7, "pitch_lag": 0.003, "pitch_gain": 1.0}
+    columns = {name: rng.uniform(-most, most, 60) for name, most in largest.items()}
+    columns |= {f"d_{name}": np.diff(values, prepend=values[0]) for name, values in columns.items()}
     return pd.DataFrame({"frame": np.arange(60), "time_s": segments.frame_times(60, 40.0), **columns})
 
 
@@ -106,6 +107,10 @@ def _annotations(path: Path) -> None:
         textgrid.write(path, annotations.TIER, SPANS, 6.0)
     else:
         pd.DataFrame(SPANS, columns=["start_s", "end_s", "gesture"]).to_csv(path, index=False)
+
+
+def _read_annotations(path: Path) -> object:
+    return annotations.read(path, annotations.Recording("a", 6.0), LABELS)
 
 
 def _sheet(path: Path) -> None:
@@ -165,9 +170,9 @@ READERS = {
         ".csv", lambda path: _prosody().to_csv(path, index=False), lambda path: user_tables.prosody(path, 0.025)
     ),
     "gestures_csv": Reader(".csv", _gestures, lambda path: user_tables.gestures(path, "a", LABELS)),
-    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
+    "elan": Reader(".eaf", _annotations, _read_annotations),
+    "textgrid": Reader(".TextGrid", _annotations, _read_annotations),
+    "annotations_csv": Reader(".csv", _annotations, _read_annotations),
     "sheet": Reader(".csv", _sheet, _read_sheet),
     "toml": Reader(".toml", _cameras, camera_toml.read),
     "wav": Reader(".wav", _sound, lambda path: (sound.read(path), audio.read(path))),
