@@ -33,6 +33,8 @@ N_BINS = 55
 """Length of the Gaussian window in bins; centred on a frame, it ends where a hop does."""
 
 AHEAD = (N_BINS * BIN // HOP - 1) // 2
+"""Number of hops after a frame that its windows reach into."""
+
 SMALLEST_POWER = 1.0 / (12 * 32768**2)
 """Power of 16-bit quantisation noise at full scale 1."""
 
@@ -40,7 +42,7 @@ DECIMATION = 4
 """Pitch is found at a quarter of the sampling rate."""
 
 LOW_PASS_HZ, HALF_FILTER = 1500.0, 32
-"""Cutoff frequency of the filter before decimation, and its length at either side in samples."""
+"""Cutoff frequency of the filter before decimation, and half its length in samples."""
 
 PITCH_HZ = (60.0, 500.0)
 """Range of the pitch in hertz."""
@@ -52,8 +54,10 @@ TOGETHER = 4
 """Number of samples whose products are added at once."""
 
 LOW_RATE_HZ, LOW_HOP = RATE_HZ // DECIMATION, HOP // DECIMATION
+"""The lower rate, and the number of samples of a hop at this rate."""
+
 BETWEEN = 6
-"""Number of lags at either side that a value of the autocorrelation between two lags is interpolated from."""
+"""Number of lags on each side from which a value of the autocorrelation between two lags is interpolated."""
 
 FIRST_LAG, LAST_LAG = int(LOW_RATE_HZ / PITCH_HZ[1]) - BETWEEN, int(LOW_RATE_HZ / PITCH_HZ[0]) + 1 + BETWEEN
 """The lags of the pitch range, and those at each end that interpolation needs."""
@@ -84,14 +88,14 @@ SHORTEST = 8
 LONGEST = 200
 """Length at which a syllable is cut, in frames."""
 
-SMOOTH = 1.2
-"""Ratio of the pitch of two successive frames from which on it is a jump, such as an octave error."""
+JUMP = 1.2
+"""Ratio of the pitch of two successive frames above which the pitch jumps, for example by an octave error."""
 
 DIP_DB = 0.5
-"""Depth of the trough that separates two syllables, below the peaks at either side of it."""
+"""Least depth of the trough between two syllables, below the peaks on both sides of it."""
 
 APART = 15
-"""Distance of the peaks of two syllables in frames."""
+"""Least distance of the peaks of two syllables in frames."""
 
 SILENT, UNVOICED, VOICED = 0, 1, 2
 
@@ -369,7 +373,7 @@ def _summarise(f0_hz: Any, row: Any) -> None:
     longest = n = 0
     total = low = high = rise = fall = before = 0.0
     for hertz in f0_hz:
-        if hertz == 0.0 or before == 0.0 or max(hertz, before) > SMOOTH * min(hertz, before):
+        if hertz == 0.0 or before == 0.0 or max(hertz, before) > JUMP * min(hertz, before):
             n, total, low, high, rise, fall = 0, 0.0, hertz, hertz, 0.0, 0.0
         before = hertz
         if hertz > 0.0:
