@@ -49,6 +49,29 @@ def test_the_table_follows_its_schema_and_covers_every_record(motions, found):
         assert (rows["end_frame"] - rows["start_frame"]).min() >= 0.1 * FPS
 
 
+def joined_one_by_one(flags, minimum, keep):
+    """The definition of runs without short ones: look through all of them again after every change."""
+    flags = flags.copy()
+    while True:
+        starts, ends = movement.runs(flags)
+        spans = list(zip(starts, ends, strict=True))
+        short = [(end - start, start, end) for start, end in spans if not (flags[start] and keep[start:end].any())]
+        length, start, end = min(short, default=(minimum, 0, 0))
+        if length >= minimum or len(spans) == 1:
+            return flags
+        flags[start:end] ^= True
+
+
+def test_runs_are_joined_in_the_order_of_their_length():
+    rng = np.random.default_rng(8)
+    for _ in range(300):
+        flags = rng.random(rng.integers(1, 80)) < rng.random()
+        keep = flags & (rng.random(len(flags)) < 0.1)
+        minimum = int(rng.integers(1, 12))
+        found = movement.without_short(flags, minimum, keep)
+        np.testing.assert_array_equal(found, joined_one_by_one(flags, minimum, keep))
+
+
 @given(st.lists(st.booleans(), min_size=1, max_size=60), st.integers(1, 12))
 @settings(max_examples=60, deadline=None)
 def test_runs_without_short_ones(flags, minimum):

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Iterable
 
 import numpy as np
@@ -86,17 +87,33 @@ def without_short(flags: Flags, minimum: float, keep: Flags | None = None) -> Fl
     ----------
     keep : (T,); a run of true flags in which it is true somewhere is kept although it is short.
     """
+    starts, ends = (frames.tolist() for frames in runs(flags))
+    none = np.zeros(len(flags), dtype=bool)
+    kept = np.logical_or.reduceat(none if keep is None else flags & keep, starts).tolist()
+    before, after = list(range(-1, len(starts) - 1)), [*range(1, len(starts)), -1]
+    joined = [False] * len(starts)
+    shortest = [
+        (end - start, row) for row, (start, end) in enumerate(zip(starts, ends, strict=True)) if not kept[row]
+    ]
+    heapq.heapify(shortest)
     result = flags.copy()
-    while True:
-        starts, ends = runs(result)
-        lengths = (ends - starts).astype(float)
-        if keep is not None:
-            kept = [result[start] and keep[start:end].any() for start, end in zip(starts, ends, strict=True)]
-            lengths[kept] = np.inf
-        shortest = int(lengths.argmin())
-        if lengths[shortest] > minimum - 1e-6 or len(starts) == 1:  # a product of seconds and rate is rounded
-            return result
-        result[starts[shortest] : ends[shortest]] ^= True
+    while shortest:
+        length, row = heapq.heappop(shortest)
+        if joined[row] or kept[row] or length != ends[row] - starts[row]:
+            continue  # the run has become part of another one since
+        neighbours = [other for other in (before[row], after[row]) if other >= 0]
+        if length > minimum - 1e-6 or not neighbours:  # a product of seconds and rate is rounded
+            break
+        result[starts[row] : ends[row]] ^= True
+        first, last = min(row, *neighbours), max(row, *neighbours)
+        kept[first] = any(kept[other] for other in neighbours)
+        ends[first], after[first] = ends[last], after[last]
+        for other in {row, last} - {first}:
+            joined[other] = True
+        if after[first] >= 0:
+            before[after[first]] = first
+        heapq.heappush(shortest, (ends[first] - starts[first], first))
+    return result
 
 
 def body_frame(motion: pd.DataFrame) -> tuple[dict[str, Floats], Floats]:
