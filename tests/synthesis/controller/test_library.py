@@ -23,7 +23,7 @@ def test_pieces_cover_each_segment_and_are_of_about_the_same_length():
 def test_a_library_without_segments_or_frames_is_refused():
     with pytest.raises(UserError, match="no segment"):
         library.pieces(np.array([], dtype=int))
-    with pytest.raises(UserError, match="segment 1 .* no frame"):
+    with pytest.raises(UserError, match=r"segment 1 .* no frame"):
         library.pieces(np.array([3, 0]))
 
 

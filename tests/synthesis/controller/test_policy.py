@@ -1,4 +1,4 @@
-"""The policy against plain value iteration on the paper's full table, and against the recursion over single frames."""
+"""The policy against value iteration on the paper's full table, and against the recursion over single frames."""
 
 import numpy as np
 import pytest

@@ -4,7 +4,7 @@ The expected distance of a segment with kinematic parameters y from a state with
 
     delta(i) = E ||Y - y||,   Y ~ N(mu_i, Sigma_i),
 
-is a six-dimensional integral in the paper. With X = ||Y - y||^2 and phi(s) = E exp(-s X), it is a one-dimensional one:
+is a six-dimensional integral in the paper. With X = ||Y - y||^2 and phi(s) = E exp(-s X), one dimension is enough:
 
     E sqrt(X) = 1 / (2 sqrt(pi)) * integral over s > 0 of (1 - phi(s)) s^(-3/2) ds,
     phi(s) = product over d of (1 + 2 s v_d)^(-1/2) exp(-s c_d^2 / (1 + 2 s v_d)),

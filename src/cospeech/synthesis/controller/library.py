@@ -1,8 +1,8 @@
 """The segments that a controller selects from: where they may end, and the cost of following one by another (7.1).
 
 A segment of n time steps is shown from its first step on and may end at its last step or at one of three interruption
-frames at uniform intervals. These ends cut it into *pieces*; pieces are numbered through the whole library, segment by
-segment. "Frame" below is a frame of the controller, which makes one decision per time step of 1/15 to 1/10 s; the
+frames at uniform intervals. These ends cut it into *pieces*, which are numbered through the whole library, segment
+by segment. "Frame" below is a frame of the controller, which makes one decision per time step of 1/15 to 1/10 s; the
 motion itself has more frames.
 """
 

@@ -1,8 +1,8 @@
 """The online controller: a Markov decision process over the library's pieces (Levine et al. 2010, 7.2, appendix A).
 
 A decision is made at the end of each piece. The value of showing segment a' next, after piece (a, f_k) and in hidden
-state i, is V(a', a, f_k, i) in the paper: a table of A * B * I numbers. It factors, because the transition cost is the
-only term that depends on where a' was entered from:
+state i, is V(a', a, f_k, i) in the paper: a table of A * B * I numbers. It factors, because the transition cost is
+the only term that depends on where a' was entered from:
 
     V(a', a, f_k, i) = S(a, f_k, a') + U(a', i),
 
@@ -62,7 +62,7 @@ class Policy(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What to show next: the first frame of a ``segment``, or (``CONTINUE``) the next piece; and its expected cost."""
+    """The ``segment`` to show next from its first frame on, or ``CONTINUE``, and the expected discounted ``cost``."""
 
     segment: int
     cost: float
@@ -196,7 +196,7 @@ def undominated_share(policy: Policy, cut: Pieces, rows: Rows) -> float:
     The others are never chosen, whatever the belief; the paper prunes them, "usually about 98 %" (7.2). A run-time
     scan of all segments is fast enough without, so the share is only reported.
     """
-    n_segments, n_states = policy.entering.shape
+    n_segments = len(policy.entering)
     n_kept = n_entries = 0
     kept = np.empty(n_segments + 1, dtype=np.int64)
     for piece in range(len(cut.segment)):
