@@ -51,6 +51,18 @@ def test_filtered_beliefs_are_those_of_the_frames_so_far():
             np.testing.assert_array_equal(online.step(features[t]), found[t])
 
 
+def test_lagged_beliefs_are_those_of_the_frames_up_to_the_delay():
+    rng = np.random.default_rng(8)
+    for delay in (0, 1, 3, 20):
+        model, features = random_case(rng, 3, 2, 9)
+        found = crf.lagged(model, features, delay)
+        for t in range(9):
+            known = crf.smoothed(model, features[: t + delay + 1]).beliefs
+            inside = known[t : t + delay + 1]
+            np.testing.assert_allclose(found[t, : len(inside)], inside, atol=1e-12)
+            assert np.isnan(found[t, len(inside) :]).all()
+
+
 def test_gradient_equals_differences_of_the_objective():
     rng = np.random.default_rng(3)
     for _ in range(15):

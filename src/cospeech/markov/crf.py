@@ -103,6 +103,33 @@ def smoothed(model: CRF, features: Floats) -> Smoothed:
     return Smoothed(total, beliefs, ratios * pairs)
 
 
+def lagged(model: CRF, features: Floats, delay: int) -> Floats:
+    """Return the beliefs of each frame and of the next ones, as known ``delay`` frames later, (T, delay + 1, S).
+
+    Entry [t, h] is P(q_(t + h) | x_1 ... x_(t + delay)), or that given the whole sequence where this ends before. It
+    is NaN for frames after the end. With ``delay = 0`` these are the filtered beliefs.
+    """
+    _, before, ahead = _forward(model, features)
+    pairs, _ = _pairs(model)
+    turned = np.ascontiguousarray(pairs.T)
+    n_frames, n_labels = before.shape
+    found = np.full((n_frames, delay + 1, n_labels), np.nan)
+    newest = np.minimum(np.arange(n_frames) + delay, n_frames - 1)
+    frames = np.arange(n_frames)
+    for h in range(delay, -1, -1):
+        inside = frames + h < n_frames
+        place = frames[inside] + h
+        # A frame that is the newest one has its filtered belief, and the others follow from the belief of the next.
+        following = np.minimum(place + 1, n_frames - 1)
+        later = found[inside, h + 1] if h < delay else np.full((len(place), n_labels), np.nan)
+        ratios = np.nan_to_num(np.divide(later, ahead[following], where=ahead[following] > 0.0, out=later * 0.0))
+        carried = np.empty_like(ratios)
+        crf_chain.products(ratios, turned, carried)
+        known = (place == newest[inside])[:, None]
+        found[inside, h] = np.where(known, before[place], before[place] * carried)
+    return found
+
+
 class Filter:
     """The forward algorithm, one frame at a time; equal to ``filtered`` to the last bit."""
 
@@ -184,6 +211,7 @@ def fit(
     UserError : if there are no frames.
     """
     from scipy.optimize import minimize
+    from threadpoolctl import threadpool_limits
 
     n_frames = sum(len(features) for features in sequences)
     if n_frames == 0:
@@ -200,7 +228,7 @@ def fit(
         return value / n_frames, np.concatenate([part.ravel() for part in gradient]) / n_frames
 
     options = {"maxiter": iterations, "gtol": tolerance, "ftol": 0.0}
-    found = minimize(
-        per_frame, np.zeros(n_labels**2 + n_features * n_labels), jac=True, method="L-BFGS-B", options=options
-    )
+    begun = np.zeros(n_labels**2 + n_features * n_labels)
+    with threadpool_limits(1, "blas"):  # for vectors as short as these, further threads only wait
+        found = minimize(per_frame, begun, jac=True, method="L-BFGS-B", options=options)
     return Fit(unpacked(found.x), float(found.fun) * n_frames, int(found.nfev))

@@ -159,7 +159,8 @@ def floored_covariance(covariance: Floats, floor: Floats) -> Floats:
     scale = np.sqrt(floor)
     values, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
     raised = (axes * np.maximum(values, 1.0)[:, None, :]) @ axes.swapaxes(1, 2)
-    raised = np.where((values >= 1.0).all(axis=1)[:, None, None], covariance / np.outer(scale, scale), raised)
+    allowed = np.min(values, axis=1, keepdims=True)[:, :, None] >= 1.0
+    raised = np.where(allowed, covariance / np.outer(scale, scale), raised)
     return 0.5 * (raised + raised.swapaxes(1, 2)) * np.outer(scale, scale)
 
 
