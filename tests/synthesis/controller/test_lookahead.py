@@ -83,6 +83,25 @@ def test_values_equal_those_of_all_continuations():
                 assert shown[b] + jump == pytest.approx(cost, rel=1e-12)
 
 
+def test_values_of_a_belief_do_not_exceed_those_of_plans_without_observations():
+    """The values of a state assume that the state is known at each decision, and so are a lower bound (7.2)."""
+    rng = np.random.default_rng(5)
+    for trial in range(20):
+        tiny, found, rest = case(rng, 2 + trial % 5, 3)
+        cut, belief = tiny.cut, rng.dirichlet(np.ones(3))
+        begun = np.concatenate([[0], np.cumsum(cut.length)[:-1]])
+        known, values = [belief], [found.values @ belief]
+        for _ in range(15):  # one more step that is planned from what the first belief predicts
+            known.append(known[-1] @ tiny.transitions)
+            shown = np.empty(len(cut.segment))
+            lookahead._piece_values(
+                cut.first, cut.segment, cut.length, begun, cut.closing, tiny.costs, rest, tiny.distances,
+                np.array(known), DISCOUNT, shown,
+            )  # fmt: skip
+            values.append(shown)
+        assert (np.diff(values, axis=0) >= -1e-9).all()
+
+
 def test_regret_falls_with_the_delay():
     rng = np.random.default_rng(4)
     regrets = []

@@ -77,6 +77,7 @@ def solve(
     discounts: Discounts = "corrected",
     tolerance: float = 1e-12,
     offers: Floats | None = None,
+    surcharge: Floats | None = None,
 ) -> Policy:
     """Return the optimal policy.
 
@@ -89,6 +90,7 @@ def solve(
     discounts : see the module.
     tolerance : largest error of a value, relative to the largest value.
     offers : (B, I) cost of a further continuation after each piece, if there is one (see ``semantics``).
+    surcharge : (B,) added to the cost of each piece, if there is one.
 
     Raises
     ------
@@ -103,6 +105,8 @@ def solve(
     turned = np.ascontiguousarray(powers.swapaxes(1, 2))
     costs = np.empty((n_pieces, n_states))
     policy_kernels.piece_costs(cut.segment, terms, distances, transitions, discount, costs)
+    if surcharge is not None:
+        costs += surcharge[:, None]
     further = np.full((n_pieces, n_states), np.inf) if offers is None else offers
     values, improved = costs / (1.0 - factors[:, None]), np.empty((n_pieces, n_states))
     choices, jumps = np.full((n_pieces, n_states), UNKNOWN), np.zeros((n_pieces, n_states))
