@@ -90,16 +90,15 @@ def test_values_of_a_belief_do_not_exceed_those_of_plans_without_observations():
         tiny, found, rest = case(rng, 2 + trial % 5, 3)
         cut, belief = tiny.cut, rng.dirichlet(np.ones(3))
         begun = np.concatenate([[0], np.cumsum(cut.length)[:-1]])
-        known, values = [belief], [found.values @ belief]
-        for _ in range(15):  # one more step that is planned from what the first belief predicts
+        known = [belief]
+        for _ in range(60):  # planned from what the first belief predicts; what follows counts 0.9^60
             known.append(known[-1] @ tiny.transitions)
-            shown = np.empty(len(cut.segment))
-            lookahead._piece_values(
-                cut.first, cut.segment, cut.length, begun, cut.closing, tiny.costs, rest, tiny.distances,
-                np.array(known), DISCOUNT, shown,
-            )  # fmt: skip
-            values.append(shown)
-        assert (np.diff(values, axis=0) >= -1e-9).all()
+        shown = np.empty(len(cut.segment))
+        lookahead._piece_values(
+            cut.first, cut.segment, cut.length, begun, cut.closing, tiny.costs, rest, tiny.distances,
+            np.array(known), DISCOUNT, shown,
+        )  # fmt: skip
+        assert (found.values @ belief <= shown + DISCOUNT**60 * rest.max()).all()
 
 
 def test_regret_falls_with_the_delay():
