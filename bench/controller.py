@@ -204,6 +204,7 @@ def main() -> None:
         if apart > 1e-9:
             sys.exit(f"the policy differs from plain value iteration by {apart:.1e}")
         print(f"values of one minute of motion differ from plain value iteration by {apart:.1e} at most")
+        print(f"control layer, {STATES} states; goal for memory: {MEMORY_GOAL_MB:g} MB beyond the input")
         print("minutes  segments    time s   goal  paper s  iterations  error bound     MB  µs per decision")
         for one in minutes:
             control(one, rng)
@@ -220,7 +221,6 @@ def main() -> None:
         train_s = took(lambda: inference.train(kinematics, prosody, f0, settings, 1), 3)
         print(f"inference layer, 12 minutes at {STEPS_PER_S} Hz: {train_s:.2f} s; goal {INFERENCE_GOAL_S:g} s")
         against_crfsuite(rng)
-    print(f"goals: memory at most {MEMORY_GOAL_MB:g} MB")
 
 
 if __name__ == "__main__":

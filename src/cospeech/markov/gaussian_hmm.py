@@ -99,14 +99,8 @@ def log_densities(frames: Floats, mean: Floats, covariance: Floats) -> Floats:
     return scores
 
 
-def filtered(model: GaussianHMM, frames: Floats) -> Floats:
-    """Return the beliefs P(q_t | x_1 ... x_t), (T, S), of a sequence (T, D)."""
-    scores = log_densities(frames, model.mean, model.covariance)
-    return filtered_scores(model.initial, model.transitions, scores)[1]
-
-
-def filtered_scores(initial: Floats, transitions: Floats, scores: Floats) -> tuple[float, Floats]:
-    """Return the log-likelihood and the filtered beliefs (T, S) of a chain with log densities ``scores`` (T, S)."""
+def filtered(initial: Floats, transitions: Floats, scores: Floats) -> tuple[float, Floats]:
+    """Return the log-likelihood and the beliefs P(q_t | x_1 ... x_t), (T, S), from log densities ``scores`` (T, S)."""
     beliefs = np.empty_like(scores)
     total = crf_chain.forward(initial, transitions, scores, beliefs, np.empty_like(scores))
     return total, beliefs
@@ -115,7 +109,7 @@ def filtered_scores(initial: Floats, transitions: Floats, scores: Floats) -> tup
 def log_likelihood(model: GaussianHMM, frames: Floats) -> float:
     """Return log P(frames | model) of a sequence (T, D)."""
     scores = log_densities(frames, model.mean, model.covariance)
-    return filtered_scores(model.initial, model.transitions, scores)[0]
+    return filtered(model.initial, model.transitions, scores)[0]
 
 
 def posterior(model: GaussianHMM, frames: Floats) -> Posterior:

@@ -52,20 +52,39 @@ class Fit(NamedTuple):
 
 def log_densities(frames: Floats, mean: Floats, covariance: Floats, f0: Range) -> Floats:
     """Return the log density of frames (T, D) in each cluster, (T, K), with an unknown F0 integrated out."""
+    return _log_densities(frames, mean, np.linalg.cholesky(covariance), f0)
+
+
+def _log_densities(frames: Floats, mean: Floats, factors: Floats, f0: Range) -> Floats:
     scores = np.empty((len(frames), len(mean)))
-    factors = np.linalg.cholesky(covariance)
     clusters_kernels.log_densities(np.ascontiguousarray(frames), mean, factors, f0.low, f0.high, scores)
     return scores
 
 
+class Memberships:
+    """Computes P(x_t in C_k), for clusters whose covariances need to be factored only once."""
+
+    def __init__(self, clusters: Clusters, f0: Range) -> None:
+        self._clusters, self._f0 = clusters, f0
+        self._factors = np.linalg.cholesky(clusters.covariance)
+        self._weights = np.log(clusters.weight)
+
+    def of(self, frames: Floats) -> Floats:
+        """Return P(x_t in C_k), (T, K), of frames (T, D)."""
+        return self.and_likelihood(frames)[0]
+
+    def and_likelihood(self, frames: Floats) -> tuple[Floats, float]:
+        """Return P(x_t in C_k) and the log-likelihood of the frames."""
+        return _shares(_log_densities(frames, self._clusters.mean, self._factors, self._f0) + self._weights)
+
+
 def memberships(clusters: Clusters, frames: Floats, f0: Range) -> Floats:
     """Return P(x_t in C_k), (T, K), of frames (T, D)."""
-    return _memberships(clusters, frames, f0)[0]
+    return Memberships(clusters, f0).of(frames)
 
 
-def _memberships(clusters: Clusters, frames: Floats, f0: Range) -> tuple[Floats, float]:
-    """Return P(x_t in C_k) and the log-likelihood of the frames."""
-    scores = log_densities(frames, clusters.mean, clusters.covariance, f0) + np.log(clusters.weight)
+def _shares(scores: Floats) -> tuple[Floats, float]:
+    """Return probabilities (T, K) proportional to exp(scores), and the sum over t of the logs of their sums."""
     top = scores.max(axis=1, keepdims=True)
     shares = np.exp(scores - top)
     total = shares.sum(axis=1, keepdims=True)
@@ -123,13 +142,13 @@ def fit(frames: Floats, n_clusters: int, f0: Range, floor: Floats, iterations: i
     clusters = Clusters(np.full(n_clusters, 1.0 / n_clusters), mean, np.tile(np.diag(scale), (n_clusters, 1, 1)))
     history = []
     for _ in range(iterations):
-        shares, total = _memberships(clusters, frames, f0)
+        shares, total = Memberships(clusters, f0).and_likelihood(frames)
         history.append(total)
         weight = np.maximum(shares.mean(axis=0), np.finfo(float).tiny)
         clusters = Clusters(
             weight, *weighted_gaussians(frames, shares, clusters.mean, clusters.covariance, f0, floor)
         )
-    history.append(_memberships(clusters, frames, f0)[1])
+    history.append(Memberships(clusters, f0).and_likelihood(frames)[1])
     return Fit(clusters, np.array(history))
 
 

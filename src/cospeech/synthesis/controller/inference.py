@@ -224,13 +224,14 @@ class Beliefs:
 
     def __init__(self, layer: Inference) -> None:
         self._layer = layer
+        self._clusters = clusters.Memberships(layer.clusters, layer.f0)
         self._filter = crf.Filter(layer.crf)
         self._recent: list[Floats] = []
 
     def step(self, prosody: Floats) -> Floats:
         """Return the belief (S,), given the prosody (3,) of the next time step and of all earlier ones."""
         layer = self._layer
-        shares = clusters.memberships(layer.clusters, layer.prosody.apply(prosody)[None], layer.f0)[0]
+        shares = self._clusters.of(layer.prosody.apply(prosody)[None])[0]
         kept = self._recent[: layer.window - 1] if self._recent else [shares] * (layer.window - 1)
         self._recent = [shares, *kept]
         return self._filter.step(np.concatenate(self._recent))
@@ -290,7 +291,7 @@ def score_remapped(model: Remapped, layer: Inference, kinematics: Floats, prosod
     outputs = layer.kinematics.apply(kinematics)
     target = posteriors(layer.hmm, [outputs])[0]
     densities = _remapped_scores(model, layer, prosody)
-    total, beliefs = gaussian_hmm.filtered_scores(model.initial, model.transitions, densities)
+    total, beliefs = gaussian_hmm.filtered(model.initial, model.transitions, densities)
     chain = (
         float(target.beliefs[0] @ np.log(model.initial))
         + float((target.transitions * np.log(model.transitions)).sum())
