@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from cospeech.kernels import code_hash
-from cospeech.workflow import manifest, progress, run_lock, short_records, time_estimate
+from cospeech.workflow import progress, receipts, run_lock, short_records, time_estimate
 from cospeech.workflow import config as configuration
 from cospeech.workflow import config_file, leftovers, paths, processes
 from cospeech.workflow import records as record_list

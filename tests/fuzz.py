@@ -47,6 +47,7 @@ MAX_S, MAX_BYTES = 10, 4 << 30
 LABELS = list(vocabulary.GESTURES)
 OURS = MotionConventions("y", "m", "cospeech", "hanging")
 SMPLX = MotionConventions("y", "m", "smplx", "t_pose")
+RECORDING = annotations.Recording("a", 6.0)
 SPANS = [(0.5, 2.0, "rest"), (2.0, 3.0, LABELS[-1]), (3.0, 4.5, "rest")]
 
 NUMBERS = (
@@ -94,8 +95,9 @@ def _gestures(path: Path) -> None:
 
 def _prosody() -> pd.DataFrame:
     rng = np.random.default_rng(0)
-    names = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
-    columns = {name: rng.uniform(-1, 1, 60) for name in names}
+    largest = {"intensity": 1.7, "pitch_lag": 0.003, "pitch_gain": 1.0}
+    columns = {name: rng.uniform(-most, most, 60) for name, most in largest.items()}
+    columns |= {f"d_{name}": np.diff(values, prepend=values[0]) for name, values in columns.items()}
     return pd.DataFrame({"frame": np.arange(60), "time_s": segments.frame_times(60, 40.0), **columns})
 
 
@@ -165,9 +167,9 @@ READERS = {
         ".csv", lambda path: _prosody().to_csv(path, index=False), lambda path: user_tables.prosody(path, 0.025)
     ),
     "gestures_csv": Reader(".csv", _gestures, lambda path: user_tables.gestures(path, "a", LABELS)),
-    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
-    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, "a", 6.0, LABELS)),
+    "elan": Reader(".eaf", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
+    "textgrid": Reader(".TextGrid", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
+    "annotations_csv": Reader(".csv", _annotations, lambda path: annotations.read(path, RECORDING, LABELS)),
     "sheet": Reader(".csv", _sheet, _read_sheet),
     "toml": Reader(".toml", _cameras, camera_toml.read),
     "wav": Reader(".wav", _sound, lambda path: (sound.read(path), audio.read(path))),

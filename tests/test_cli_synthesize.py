@@ -65,10 +65,10 @@ def test_one_call_writes_motion_table_video_and_phrases(call):
     assert (len(clip.rotations), clip.fps) == (250, 25.0)
     assert len(tables.read("speech.motion.parquet", "motion")) == 250
     assert tables.read_metadata("speech.motion.parquet")["corpus"] == "virtual"
-    (spans,) = textgrid.read("speech.TextGrid").values()
-    assert spans[0][0] == 0
-    assert spans[-1][1] == 10
-    assert all(end == start for (_, end, _), (start, _, _) in itertools.pairwise(spans))
+    ((_, spans),) = textgrid.read("speech.TextGrid").tiers
+    assert spans[0].start_s == 0
+    assert spans[-1].end_s == 10
+    assert all(one.end_s == following.start_s for one, following in itertools.pairwise(spans))
     with av.open("speech.mp4") as film:
         streams = {stream.type: float(stream.duration * stream.time_base) for stream in film.streams}
         assert film.streams.video[0].frames == 250

@@ -18,11 +18,12 @@ with job.run(snakemake) as work:
         found = recovery.prosody(planted_prosody, work.read(path, "segments"), held_out=fold)
         setting = {"actor": actors[fold], "record": fold, "clusters": clusters, "states": states}
         rows += [row | setting for row in found]
-    spoken = zip(actors, work.input.planted_prosody, work.input.prosody, work.input.pitch, strict=False)
-    for record, true, path, tracked in spoken:
+    heard = (work.input[name] for name in ("planted_prosody", "prosody", "pitch", "syllables"))
+    for record, true, path, tracked, syllables in zip(actors, *heard, strict=False):
         planted, measured = work.read(true, "planted_prosody"), work.read(path, "prosody")
         found = recovery.pitch(planted, measured, given["voiced_gain"])
         found += pitch.errors(planted, measured, given["voiced_gain"], work.read(tracked, "pitch"))
+        found += recovery.syllable_delays(work.read(syllables, "syllables"))
         rows += [row | {"actor": actors[record], "record": record} for row in found]
     for actor in dict.fromkeys(actors.values()):
         own = planted_gestures[planted_gestures["record"].map(actors) == actor]

@@ -582,3 +582,10 @@ def test_a_corrupted_file_is_either_read_or_rejected(tmp_path_factory, name, dat
     assert (table["end_s"] > table["start_s"]).all()
     assert (table["start_s"].to_numpy()[1:] >= table["end_s"].to_numpy()[:-1] - 1e-9).all()
     assert set(table["gesture"]) <= set(LABELS)
+
+
+def test_a_textgrid_of_a_longer_recording_is_refused(tmp_path):
+    path = write(tmp_path / "a.TextGrid", [(1, 3, "left")], 30.0)
+    with pytest.raises(UserError, match=r"a\.TextGrid: the TextGrid runs from 0.000 to 30.000 s and the record"):
+        read(path, 10.0)
+    assert spans_of(read(path, 29.5, tolerance_s=1.0)) == [(1.0, 3.0, "left")]

@@ -8,7 +8,7 @@ import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cospeech.corpus import intake
+from cospeech.corpus import intake, motion
 from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
@@ -35,6 +35,17 @@ def write_bvh(path, seconds, fps=20.0):
 def write_wav(path, seconds, rate=16000):
     soundfile.write(path, 0.3 * np.sin(np.arange(round(seconds * rate)) / 20), rate)
     return str(path)
+
+
+def test_a_bvh_file_in_radians_is_refused(tmp_path):
+    angles = np.random.default_rng(0).uniform(-0.5, 0.5, (60, len(skeleton.JOINTS), 3))
+    for name, unit in (("radians.bvh", 1.0), ("degrees.bvh", 180.0 / np.pi)):
+        bvh.write(skeleton.motion_table(np.zeros((60, 3)), unit * angles, 20.0), tmp_path / name)
+    with pytest.raises(
+        UserError, match=r"no joint turns by more than 0\.\d+ degrees, so the angles seem to be in rad"
+    ):
+        motion.read(tmp_path / "radians.bvh", CONVENTIONS)
+    assert motion.read(tmp_path / "degrees.bvh", CONVENTIONS).notes == []
 
 
 def read_record(tolerance_s=1.0, skipped_s=0.0, **fields):

@@ -55,3 +55,13 @@ def test_intervals_are_computed_from_paired_differences():
     varying = effect([records("D", [0.7, 0.4, 0.9, 0.2])], [records("D", true)]).loc["D"]
     assert varying["low_pct"] < -50.0 < 50.0 < varying["high_pct"]
     assert varying["difference_pct"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_phrases_seen_in_motion_do_not_count():
+    seen = records("D", [9.0] * 4).assign(phrases="seen")
+    assert effect([records("D", [1.1] * 4), seen], [records("D", [1.0] * 4)]).loc["D", "filmed"] == pytest.approx(1.1)
+
+
+def test_more_is_more_where_the_planted_score_is_negative():
+    found = effect([records("kappa", [0.1] * 4)], [records("kappa", [-0.1] * 4)]).loc["kappa"]
+    assert found["difference_pct"] == pytest.approx(200)

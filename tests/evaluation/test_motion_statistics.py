@@ -135,3 +135,10 @@ def test_a_system_that_made_no_motion_of_one_record_is_left_out():
     failed = {("failed", record): table()[: 0 if record == "b1" else None] for record in ACTORS}
     for found, expected in zip(motion.statistics(motions() | failed, ACTORS, 40), known, strict=True):
         pd.testing.assert_frame_equal(found, expected)
+
+
+def test_the_last_bin_begins_within_the_fastest_half_percent():
+    values = np.arange(1001.0)
+    quantities = {(quantity, joint): values for quantity in motion.UNITS for joint in motion.JOINTS}
+    edges = motion.bin_edges([quantities], 10)
+    assert all(found[-1] == pytest.approx(995) for found in edges.values())

@@ -78,6 +78,18 @@ def sample_phrases(rng, n_phrases=60, transitions=TRANSITIONS, durations=DURATIO
     return segments.from_starts(record, starts, labels, at, 1.0)
 
 
+def test_delays_are_those_of_voiced_syllables():
+    peak_s = np.array([0.1, 0.4, 0.7, 1.0, 1.3])
+    known_s = peak_s + np.array([0.1, 0.2, 0.3, 9.0, 0.2])
+    table = pd.DataFrame({"peak_s": peak_s, "known_s": known_s, "f0_hz": [100.0, 120.0, 110.0, np.nan, 90.0]})
+    rows = recovery.syllable_delays(table)
+    assert [(row["quantity"], round(row["value"], 6), row["n"]) for row in rows] == [
+        ("syllable_delay", 0.2, 4),
+        ("syllable_delay_p90", 0.27, 4),
+    ]
+    assert recovery.syllable_delays(table[3:4]) == []
+
+
 def test_p_values_of_the_planted_process_are_uniform():
     transitions, durations = model()
     p = {"transitions_p": [], "durations_p": []}

@@ -176,6 +176,15 @@ def test_a_rounded_frame_time_is_that_of_a_common_rate(tmp_path, written, fps):
     assert [written in note for note in clip.notes] == ([] if fps == 29.97 else [True])
 
 
+def test_headers_in_other_cases_are_read_and_what_follows_the_motion_is_shown(tmp_path):
+    other = TINY.replace("Frames: 2", "FRAMES: 2.0").replace("Frame Time", "FRAME TIME")
+    np.testing.assert_array_equal(read_text(tmp_path, other).rotations, read_text(tmp_path, TINY).rotations)
+    with pytest.raises(UserError, match="'# by hand' follows the last frame; remove"):
+        read_text(tmp_path, TINY + "# by hand\n")
+    with pytest.raises(UserError, match="'0,033333' is not a number; write a decimal point"):
+        read_text(tmp_path, TINY.replace("0.033333", "0,033333"))
+
+
 def test_one_frame_more_than_announced_is_read_and_noted(tmp_path):
     clip = read_text(tmp_path, TINY.replace("Frames: 2", "Frames: 1"))
     assert len(clip.rotations) == 2

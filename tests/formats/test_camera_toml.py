@@ -75,7 +75,7 @@ def test_a_world_with_z_up_is_turned(tmp_path):
         ("0.002]", "0.002, 0.1, 0.2, 0.0, 0.0]", "nonzero coefficients beyond k3"),
         ("[ 0.3, 0.9, 2.8]", "[ 0.3, 0.9]", "'translation' has the shape 2, but must be 3 numbers"),
         ("-0.1,", '"x",', "'distortions' holds something other than numbers"),
-        ("-0.1,", "nan,", "'distortions' holds infinite or missing numbers"),
+        ("-0.1,", "nan,", "'distortions' holds missing, infinite or much too large numbers"),
         ("1088.0, 1920.0", "0.0, 1920.0", "'size' is 0 x 1920"),
         ("1681.2", "-1681.2", "must be positive"),
         ("1681.2", "0.0", "must be positive"),

@@ -18,7 +18,7 @@ cells = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"]), max_
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(cells, cells, cells), max_size=6),
-    st.sampled_from(",;\t"),
+    st.sampled_from(",;\t|"),
     st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-32"]),
     st.sampled_from(["\n", "\r\n", "\r"]),
 )

@@ -199,6 +199,14 @@ def test_channels_that_must_not_be_mixed_down_have_to_be_chosen(tmp_path, channe
         assert heard.notes == [f"only channel {channel} used"]
 
 
+def test_a_corpus_mixes_down_different_speakers_with_a_warning(tmp_path):
+    channels, complaint = DIFFERENT["turns"]
+    soundfile.write(tmp_path / "a.wav", channels, 16000, subtype="PCM_16")
+    heard = sound.read(tmp_path / "a.wav", mix_different=True)
+    np.testing.assert_allclose(heard.samples, channels.mean(axis=1), atol=2 / 32768)
+    assert heard.notes == [f"2 channels mixed down to one, although {complaint}: set the channel of the record"]
+
+
 def test_only_the_excerpt_and_the_chosen_channel_matter(tmp_path):
     channels = np.concatenate([turns(), np.column_stack([talk(1), talk(1)])])
     channels[100, 1] = np.nan

@@ -33,13 +33,31 @@ def saved(tmp_path, text):
     return path
 
 
-@pytest.mark.parametrize("mark", ["\t", ","])
+@pytest.mark.parametrize("mark", ["\t", ",", ";"])
 def test_unit_rate_names_and_gaps_are_read(tmp_path, mark):
     names, places, fps, _ = trc.read(saved(tmp_path, SMALL.replace("\t", mark)))
     assert (names, fps) == (("chest", "head top"), 50.0)
     lost = [np.nan] * 3
     expected = [[[1, 2, 3], [0.01, 0.02, 0.03]], [lost, [0.011, 0.021, 0.031]], [lost, lost]]
     np.testing.assert_allclose(places, expected)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\tmm\t", "\tMillimeters\t"),
+        lambda text: text.replace(".", ","),
+        lambda text: text.replace(".", ",").replace("\t", ";"),
+        lambda text: "# exported\n" + text.replace("\n3\t", "\n// cut here\n3\t"),
+        lambda text: text.replace("\n", "\n\n"),
+        lambda text: text.replace("PathFileType", "pathfiletype").replace("NumFrames", "numframes"),
+        lambda text: text.replace("\t3\t2\tmm", "\t3.0\t2\tmm"),
+    ],
+)
+def test_what_spreadsheets_and_people_change_does_not_matter(tmp_path, change):
+    expected, found = trc.read(saved(tmp_path, SMALL)), trc.read(saved(tmp_path, change(SMALL)))
+    assert (found.names, found.fps, found.notes) == (expected.names, expected.fps, ())
+    np.testing.assert_array_equal(found.places_m, expected.places_m)
 
 
 coordinate = st.floats(-50, 50).map(lambda x: round(x, 6) + 0.0) | st.just(np.nan)
@@ -91,7 +109,7 @@ def test_a_damaged_file_is_read_completely_or_rejected(tmp_path_factory, data):
     ("change", "message"),
     [
         (("PathFileType", "Path"), "is not a TRC file"),
-        (("\tmm\t", "\t\t"), "unknown unit ''"),
+        (("\tmm\t", "\t\t"), "does not state its unit"),
         (("\tmm\t", "\tfeet\t"), "unknown unit 'feet'"),
         (("50\t50\t3", "50\t50\t4"), "announces 4 frames and holds 3"),
         (("50\t50\t3\t2", "x\t50\t3\t2"), "do not say DataRate"),

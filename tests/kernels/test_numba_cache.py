@@ -30,8 +30,10 @@ def one():
 
 def write(package, number, value="one()"):
     (package / "kernels").mkdir(parents=True, exist_ok=True)
+    (package / "data").mkdir(exist_ok=True)
     kernels = ("__init__", "code_hash", "jit", "numba_cache")
-    for name in ("__init__.py", *(f"kernels/{module}.py" for module in kernels)):
+    modules = ("__init__", "data/__init__", "data/project", *(f"kernels/{module}" for module in kernels))
+    for name in (f"{module}.py" for module in modules):
         shutil.copy(code_hash.PACKAGE / name, package / name)
     (package / "caller.py").write_text(CALLER.format(names=value.rstrip("()"), value=value))
     (package / "other.py").write_text(OTHER.format(number=number))

@@ -55,3 +55,8 @@ def test_as_scikit_learn(pairs):
         assert found <= agreement.share_right(one, two) + 1e-12
         if len(set(one)) > 1:
             assert agreement.kappa(one, one) == 1
+
+
+def test_kappa_is_defined_where_one_label_is_rare():
+    labels = np.repeat([0, 1], [999, 1])
+    assert agreement.kappa(labels, labels) == pytest.approx(1)

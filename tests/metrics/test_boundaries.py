@@ -79,3 +79,8 @@ def test_equal_sequences(times):
     if len(times):
         assert boundaries.distance(times, times) == 0
         assert boundaries.boundary_f1(times, times, 0.5) == 1
+
+
+def test_the_tolerance_is_not_wider_than_rounding_needs():
+    assert boundaries.matches([0.1 + 0.2], [0.8], 0.5) == 1  # the distance is above 0.5 only by rounding
+    assert boundaries.matches([0.3], [0.801], 0.5) == 0

@@ -195,7 +195,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
             "exhibits": [str(run.reports / path) for exhibit in shown for path in exhibit.files],
             "videos": [run.path(path) for path in clips],
         },
-        output=types.SimpleNamespace(page=str(output)),
+        output=Named(page=str(output)),
         config=config,
         exhibits=[exhibit.name for exhibit in shown],
         sources=run.sources(sources),

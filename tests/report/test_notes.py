@@ -15,17 +15,25 @@ def test_equal_notes_are_grouped_and_each_of_a_record_stands_alone():
     assert found == [("mixed down", ["a", "c"], False), ("voice trimmed by 0.5 s", ["a"], False)]
 
 
-def test_notes_that_differ_in_numbers_only_are_one_note_with_their_range():
-    found = notes.grouped(
-        table(a="faces 73 degrees, at 48000 Hz", b="faces 9.5 degrees, at 48000 Hz", c="joint spine2")
-    )
-    assert found[0] == ("faces 9.5 to 73 degrees, at 48000 Hz", ["a", "b"], False)
+def test_notes_of_few_records_are_shown_as_they_are():
+    found = notes.grouped(table(a="faces 73 degrees", b="faces 9.5 degrees; clipped", c="faces 73 degrees"))
+    assert found == [
+        ("faces 73 degrees", ["a", "c"], False),
+        ("faces 9.5 degrees", ["b"], False),
+        ("clipped", ["b"], False),
+    ]
+
+
+def test_notes_of_many_records_that_differ_in_numbers_only_are_one_note_with_their_range():
+    many = {f"r{k}": f"faces {9.5 + k} degrees, at 48000 Hz" for k in range(13)}
+    found = notes.grouped(table(**many, c="joint spine2"))
+    assert found[0] == ("faces 9.5 to 21.5 degrees, at 48000 Hz", list(many), False)
     assert found[1].text == "joint spine2"  # the number of a name is not a value
 
 
 def test_braces_and_repeated_notes_are_harmless():
-    found = notes.grouped(table(a="as {record} 1 {}; as {record} 1 {}", b="as {record} 2 {}"))
-    assert found == [("as {record} 1 to 2 {}", ["a", "b"], True)]
+    found = notes.grouped(table(a="as {record} 1 {}; as {record} 1 {}", b="as {record} 1 {}"))
+    assert found == [("as {record} 1 {}", ["a", "b"], True)]
 
 
 def test_five_hundred_records_take_a_few_lines():

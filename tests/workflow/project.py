@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from cospeech.workflow import manifest, verify
+from cospeech.workflow import manifest, receipts
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,8 +72,8 @@ class Project:
     def problems(self, run: str = "test") -> list[str]:
         """Return what differs from the manifest of a run."""
         with contextlib.chdir(self.folder):
-            receipts = manifest.load(Path("results", run))
-            return verify.problems([Path("results", run), Path("reports", run)], receipts, receipts)
+            known = receipts.load(Path("results", run))
+            return manifest.problems([Path("results", run), Path("reports", run)], known, known)
 
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:

@@ -283,6 +283,13 @@ def test_a_record_has_one_kind_of_motion():
 
 
 @pytest.mark.usefixtures("files")
+def test_a_sheet_without_records_is_refused():
+    Path("sheet.csv").write_text("record,actor,motion,audio\n\n")
+    with pytest.raises(UserError, match=r"sheet\.csv: lists no record"):
+        record_list.records(recorded("sheet.csv"), "r")
+
+
+@pytest.mark.usefixtures("files")
 def test_a_sheet_in_csv_is_the_same_as_a_list():
     sheet = "record,actor,motion,audio,start_s,channel\na,x,a.bvh,a.wav,,2.0\nb,x,b.bvh,b.wav,1.5,\n"
     Path("sheet.csv").write_text(sheet)

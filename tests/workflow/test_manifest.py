@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from cospeech.errors import UserError
-from cospeech.workflow import manifest, verify
+from cospeech.workflow import manifest, receipts
 
 RESULTS = Path("results/tiny")
 FOLDERS = [RESULTS, Path("reports/tiny")]
@@ -26,23 +26,23 @@ def written(path, content="content"):
 
 def job(rule, *paths, **wildcards):
     """A job that wrote these files."""
-    place = manifest.place(RESULTS, rule, wildcards)
-    manifest.begin(place)
-    manifest.save(place, rule, wildcards, "abc", [written(path) for path in paths])
+    place = receipts.place(RESULTS, rule, wildcards)
+    receipts.begin(place)
+    receipts.save(place, rule, wildcards, "abc", [written(path) for path in paths])
     return place
 
 
 def problems():
-    receipts = manifest.load(RESULTS)
-    return verify.problems(FOLDERS, receipts, [receipt for receipt in receipts if receipt.rule != "removed"])
+    known = receipts.load(RESULTS)
+    return manifest.problems(FOLDERS, known, [receipt for receipt in known if receipt.rule != "removed"])
 
 
 def test_a_receipt_lists_the_files_of_a_job_and_of_its_folders():
     model = [written(RESULTS / f"models/ada/{name}.bin") for name in "ab"]
-    place = manifest.place(RESULTS, "model", {"system": "hsmm", "actor": "ada"})
-    manifest.save(place, "model", {"actor": "ada", "system": "hsmm"}, "abc", [str(RESULTS / "models/ada")])
+    place = receipts.place(RESULTS, "model", {"system": "hsmm", "actor": "ada"})
+    receipts.save(place, "model", {"actor": "ada", "system": "hsmm"}, "abc", [str(RESULTS / "models/ada")])
     assert place == RESULTS / "run/receipts/model/ada/hsmm.json"
-    (receipt,) = manifest.load(RESULTS)
+    (receipt,) = receipts.load(RESULTS)
     assert (receipt.rule, receipt.wildcards, receipt.config_hash) == (
         "model",
         {"actor": "ada", "system": "hsmm"},
@@ -68,19 +68,19 @@ def test_every_kind_of_problem_is_named():
     job("page", "reports/tiny/index.html")
     job("narrower", RESULTS / "once.csv", RESULTS / "kept.csv")
     job("narrower", RESULTS / "kept.csv")
-    manifest.begin(job("killed", RESULTS / "killed.csv"))
+    receipts.begin(job("killed", RESULTS / "killed.csv"))
     written(RESULTS / "changed.parquet", "contenT")
     (RESULTS / "missing.mp4").unlink()
     written("reports/tiny/notes.txt")
     Path("reports/tiny/link").symlink_to("/nowhere")
     assert dict(line.split(": ") for line in problems()) == {
-        "reports/tiny/link": verify.FOREIGN,
-        "reports/tiny/notes.txt": verify.FOREIGN,
-        "results/tiny/changed.parquet": verify.CHANGED,
-        "results/tiny/killed.csv": verify.UNFINISHED,
-        "results/tiny/missing.mp4": verify.MISSING,
-        "results/tiny/once.csv": verify.LEFT_OVER,
-        "results/tiny/removed.wav": verify.LEFT_OVER,
+        "reports/tiny/link": manifest.FOREIGN,
+        "reports/tiny/notes.txt": manifest.FOREIGN,
+        "results/tiny/changed.parquet": manifest.CHANGED,
+        "results/tiny/killed.csv": manifest.UNFINISHED,
+        "results/tiny/missing.mp4": manifest.MISSING,
+        "results/tiny/once.csv": manifest.LEFT_OVER,
+        "results/tiny/removed.wav": manifest.LEFT_OVER,
     }
 
 
@@ -90,7 +90,7 @@ def test_one_flipped_bit_is_found_whatever_the_time_of_the_file():
     before = path.stat()
     path.write_bytes(b"bontent")
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-    assert problems() == [f"{path}: {verify.CHANGED}"]
+    assert problems() == [f"{path}: {manifest.CHANGED}"]
 
 
 def test_the_quick_look_reads_only_files_of_another_size_or_a_later_time():
@@ -99,9 +99,9 @@ def test_the_quick_look_reads_only_files_of_another_size_or_a_later_time():
         written(RESULTS / name, content)
         moment = place.stat().st_mtime_ns + (-1 if name == "d" else 1)
         os.utime(RESULTS / name, ns=(moment, moment))
-    (receipt,) = manifest.load(RESULTS)
-    assert manifest.changed(receipt, thoroughly=False) == [str(RESULTS / "a"), str(RESULTS / "b")]
-    assert manifest.changed(receipt, thoroughly=True) == [str(RESULTS / "a"), str(RESULTS / "b"), str(RESULTS / "d")]
+    (receipt,) = receipts.load(RESULTS)
+    assert receipts.changed(receipt, thoroughly=False) == [str(RESULTS / "a"), str(RESULTS / "b")]
+    assert receipts.changed(receipt, thoroughly=True) == [str(RESULTS / "a"), str(RESULTS / "b"), str(RESULTS / "d")]
 
 
 def test_a_file_that_returns_is_not_left_over():
@@ -115,13 +115,13 @@ def test_a_damaged_receipt_is_named():
     place = job("record", RESULTS / "a")
     place.write_text(place.read_text()[:40])
     with pytest.raises(UserError, match=r"receipts/record\.json: damaged .* run again"):
-        manifest.load(RESULTS)
+        receipts.load(RESULTS)
 
 
 def test_the_manifest_has_one_row_per_file():
     job("record", RESULTS / "b", RESULTS / "a", record="ada_1")
-    manifest.begin(job("killed", RESULTS / "c"))
-    manifest.write_table(RESULTS, manifest.load(RESULTS), corpus="virtual", config_hash="def")
+    receipts.begin(job("killed", RESULTS / "c"))
+    manifest.write_table(RESULTS, receipts.load(RESULTS), corpus="virtual", config_hash="def")
     table = pq.read_table(RESULTS / "run/manifest.parquet").to_pandas()
     assert table["path"].tolist() == ["results/tiny/a", "results/tiny/b"]
     assert table.loc[0, ["bytes", "rule", "config_hash"]].tolist() == [7, "record", "abc"]
@@ -155,7 +155,7 @@ def test_what_is_deleted_returns_and_what_is_changed_stops_the_run(copy):
         assert ended.returncode != 0
         said = {line.removeprefix("cospeech: ") for line in ended.stdout.splitlines() if "again" in line}
         assert said >= {
-            f"{figure}: {verify.MISSING}",
-            f"{read_by_no_rule}: {verify.MISSING}",
-            f"results/test/animation/ada_1/comparison.mp4: {verify.CHANGED}",
+            f"{figure}: {manifest.MISSING}",
+            f"{read_by_no_rule}: {manifest.MISSING}",
+            f"results/test/animation/ada_1/comparison.mp4: {manifest.CHANGED}",
         }

@@ -141,6 +141,8 @@ if TAKES:
             motion=f"{RESULTS}/capture/{{record}}/motion.parquet",
             observability=f"{RESULTS}/capture/{{record}}/observability.parquet",
         params:
+            file=lambda wildcards: None if wildcards.record in FILMED else TAKES[wildcards.record][0],
+            markers=config["corpus"]["markers"],
             static=static_pose_of,
             static_s=config["capture"]["static_s"],
         message:

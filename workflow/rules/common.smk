@@ -52,7 +52,7 @@ VALUES = {"record": RECORDS, "fold": RECORDS, "actor": ACTORS, "system": SYSTEMS
 
 def is_planned(receipt):
     """Whether the job that left a receipt belongs to this configuration."""
-    if receipt.rule == manifest.END_OF_RUN:
+    if receipt.rule == receipts.END_OF_RUN:
         return True
     if not workflow.is_rule(receipt.rule):
         return False
@@ -63,7 +63,7 @@ def is_planned(receipt):
 
 def left_over(wildcards):
     """The receipts of jobs that do not belong to this configuration."""
-    return [receipt.path for receipt in manifest.load(RESULTS) if not is_planned(receipt)]
+    return [receipt.path for receipt in receipts.load(RESULTS) if not is_planned(receipt)]
 
 
 def promised(wildcards):
@@ -72,15 +72,15 @@ def promised(wildcards):
     By itself Snakemake would not look for files that no job reads, or that are not needed as what is made from them
     exists.
     """
-    receipts = [receipt for receipt in manifest.load(RESULTS) if is_planned(receipt)]
-    workflow.dag.forcefiles.update(receipt.artifacts[0].path for receipt in receipts if manifest.missing(receipt))
+    planned = [receipt for receipt in receipts.load(RESULTS) if is_planned(receipt)]
+    workflow.dag.forcefiles.update(receipt.artifacts[0].path for receipt in planned if receipts.missing(receipt))
     return PROMISED if RECORDS else CALIBRATION_OUTPUTS
 
 
 def refuse_what_was_changed():
     """Stop before results are made from a file that something else than its job has written to."""
-    planned = [receipt for receipt in manifest.load(RESULTS) if receipt.finished and is_planned(receipt)]
-    changed = [path for receipt in planned for path in manifest.changed(receipt, thoroughly=False)]
+    planned = [receipt for receipt in receipts.load(RESULTS) if receipt.finished and is_planned(receipt)]
+    changed = [path for receipt in planned for path in receipts.changed(receipt, thoroughly=False)]
     if changed:
         raise WorkflowError(
             f"cospeech: {', '.join(changed)}: changed since the run wrote it; delete it and run again"
@@ -89,20 +89,21 @@ def refuse_what_was_changed():
 
 def write_manifest():
     """Write the manifest from the receipts of all jobs of this configuration."""
-    from cospeech.workflow.job import settings_hash  # not above: it imports pandas
+    from cospeech.workflow import manifest  # not above: this imports pandas
+    from cospeech.workflow.job import settings_hash
 
-    receipts = [receipt for receipt in manifest.load(RESULTS) if is_planned(receipt)]
-    if receipts:
-        manifest.write_table(RESULTS, receipts, corpus=config["corpus"]["name"], config_hash=settings_hash(config))
+    planned = [receipt for receipt in receipts.load(RESULTS) if is_planned(receipt)]
+    if planned:
+        manifest.write_table(RESULTS, planned, corpus=config["corpus"]["name"], config_hash=settings_hash(config))
 
 
 def write_seconds():
     """Write the page that shows how long each rule took."""
     from cospeech.report import timings  # not above: it imports pandas
 
-    receipt = manifest.place(RESULTS, manifest.END_OF_RUN, {})
-    manifest.begin(receipt)
+    receipt = receipts.place(RESULTS, receipts.END_OF_RUN, {})
+    receipts.begin(receipt)
     written = timings.save(
         Path(RESULTS, "benchmarks"), Path(REPORTS), TEMPLATE / "seconds.html.jinja", config["report"]["title"]
     )
-    manifest.save(receipt, manifest.END_OF_RUN, {}, "", written)
+    receipts.save(receipt, receipts.END_OF_RUN, {}, "", written)

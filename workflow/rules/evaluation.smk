@@ -99,6 +99,7 @@ if VIRTUAL:
             planted_prosody=[f"{RESULTS}/corpus/truth/prosody~{record}.parquet" for record in HEARD],
             prosody=[f"{RESULTS}/speech/{record}/prosody.parquet" for record in HEARD],
             pitch=[f"{RESULTS}/speech/{record}/pitch.parquet" for record in HEARD],
+            syllables=[f"{RESULTS}/speech/{record}/syllables.parquet" for record in HEARD],
         output:
             recovery=f"{RESULTS}/evaluation/recovery.parquet",
         params:

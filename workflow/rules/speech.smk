@@ -1,4 +1,4 @@
-# Prosody features and pitch from sound. This step is skipped if the corpus supplies its own prosody tables.
+# Prosody features, pitch and syllables from sound. This step is skipped if the corpus supplies its own prosody tables.
 
 if "audio" in BRINGS:
 
@@ -16,3 +16,16 @@ if "audio" in BRINGS:
             "prosody features and pitch of {wildcards.record}"
         script:
             "../../scripts/speech/prosody.py"
+
+    # Starting a process takes a hundred times as long as the syllables of a record, so one job makes all tables.
+    rule syllables:
+        input:
+            audio=expand(f"{RESULTS}/corpus/audio/{{record}}.wav", record=RECORDS),
+        output:
+            syllables=expand(f"{RESULTS}/speech/{{record}}/syllables.parquet", record=RECORDS),
+        params:
+            records=list(RECORDS),
+        message:
+            f"syllables of {len(RECORDS)} records"
+        script:
+            "../../scripts/speech/syllables.py"

@@ -106,7 +106,7 @@ for name in APART:
         output:
             made=[made_by(system, f"{SYSTEMS[system].makes}.parquet") for system in [name, *SYSTEMS[name].controls]],
             decoding=[made_by(system, "decoding.parquet") for system in [name, *SYSTEMS[name].controls]],
-            planned=[planned_apart(name)] if SYSTEMS[name].makes == "phrases" else [],
+            planned=planned_apart(name) if SYSTEMS[name].makes == "phrases" else [],
         params:
             **params_of([name, *SYSTEMS[name].controls], apart=True),
             actor=actor_of_fold,

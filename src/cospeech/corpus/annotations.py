@@ -254,13 +254,15 @@ def _read_textgrid(path: str | Path, recording: Recording, asked: str | None) ->
     intervals = dict(grid.tiers)[tier]
     if intervals is None:
         raise UserError(f"{path}: tier '{tier}' has points, not intervals; mark the gestures in an interval tier")
-    if abs(grid.start_s) <= ROUNDING_S:
-        return Source(tier, intervals, [])
     length_s = grid.end_s - grid.start_s
-    if abs(length_s - recording.duration_s) > recording.tolerance_s + ROUNDING_S:
+    excess_s, tolerance_s = length_s - recording.duration_s, recording.tolerance_s + ROUNDING_S
+    past = any(row.label.strip() and row.end_s > recording.duration_s + ROUNDING_S for row in intervals)
+    if abs(grid.start_s) <= ROUNDING_S and (excess_s <= tolerance_s or past):
+        return Source(tier, intervals, [])  # a span past the end of the record is reported by itself
+    if abs(excess_s) > tolerance_s:
         raise UserError(
             f"{path}: the TextGrid runs from {grid.start_s:.3f} to {grid.end_s:.3f} s and the record from 0 to "
-            f"{recording.duration_s:.3f} s; shift its times in Praat so that they start with the record at 0"
+            f"{recording.duration_s:.3f} s; cut it in Praat, or shift its times, so that it covers the record"
         )
     moved = [
         interval._replace(start_s=interval.start_s - grid.start_s, end_s=interval.end_s - grid.start_s)
@@ -274,7 +276,11 @@ def _read_csv(path: str | Path, _: Recording, asked: str | None) -> Source:
     sheet = delimited.read(path, (*CSV_COLUMNS, CSV_TIER))
     for column in CSV_COLUMNS:
         if column not in sheet.columns:
-            name = {",": "commas", ";": "semicolons", "\t": "tabs"}.get(sheet.separator, f"'{sheet.separator}'")
+            if column in map(str.lower, sheet.columns):
+                raise UserError(f"{path}: write the column name '{column}' in lower case")
+            name = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}.get(
+                sheet.separator, f"'{sheet.separator}'"
+            )
             raise UserError(
                 f"{path}: column '{column}' is missing (columns are separated by {name}); expected the columns "
                 f"{', '.join(CSV_COLUMNS)}"

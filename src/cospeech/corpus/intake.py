@@ -138,7 +138,7 @@ def _body(
 def _voice(entry: Record, frame_s: float, skipped_s: float, start: float, end: float | None) -> Voice:
     if entry["audio"]:
         last = end if end is None else end + skipped_s
-        audio = sound.read(entry["audio"], start + skipped_s, last, entry["channel"])
+        audio = sound.read(entry["audio"], start + skipped_s, last, entry["channel"], mix_different=True)
         skipped = [f"sound taken from {skipped_s:.3f} s on, where the films begin"] if skipped_s else []
         return Voice(audio.samples, None, audio.delivered_hz, audio.duration_s, [*skipped, *audio.notes])
     table = user_tables.prosody(entry["prosody"], frame_s)

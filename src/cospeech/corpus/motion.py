@@ -12,10 +12,14 @@ import pandas as pd
 from cospeech.corpus import retarget, user_tables
 from cospeech.errors import UserError
 from cospeech.formats import bvh, smplx
+from cospeech.geometry import rotation
 from cospeech.motion import skeleton
 
 SOURCES = {".bvh": "bvh", ".npz": "smplx", ".parquet": "table", ".csv": "table"}
 """Value of ``motion_source`` by file name suffix."""
+
+SMALLEST_DEG, N_MOVING = 0.5, 4
+"""Rotation beyond which a joint moves, and the number of joints that move when a person speaks."""
 
 
 class Motion(NamedTuple):
@@ -59,11 +63,23 @@ def read(
     if source == "smplx" and conventions.zero != "t_pose":
         raise UserError(f"{path}: SMPL-X is in a T-pose at zero angles; set corpus.motion.zero to t_pose")
     clip = bvh.read(path) if source == "bvh" else smplx.read(path)
+    if source == "bvh":
+        _check_degrees(clip, path)
     first, last = _excerpt_frames(path, len(clip.rotations), clip.fps, start_s, end_s)
     places = {joint: place[first:last] for joint, place in clip.places.items()}
     part = dataclasses.replace(clip, rotations=clip.rotations[first:last], places=places)
     table, notes = retarget.motion_table(part, conventions, str(path))
     return Motion(table, source, [*clip.notes, *notes])
+
+
+def _check_degrees(clip: bvh.Clip, path: str | Path) -> None:
+    """Raise UserError if a body moves as little as one whose angles are in radians, which BVH has in degrees."""
+    largest_deg = rotation.angles_deg(clip.rotations).max(axis=0)
+    if (largest_deg > SMALLEST_DEG).sum() >= N_MOVING and largest_deg.max() < np.pi:
+        raise UserError(
+            f"{path}: no joint turns by more than {largest_deg.max():.2g} degrees, so the angles seem to be in "
+            "radians; export it in degrees"
+        )
 
 
 def _excerpt_frames(

@@ -44,9 +44,8 @@ def from_frame_time(text: str, where: str) -> tuple[float, list[str]]:
         given = Decimal(text.strip())
         seconds = float(given)
     except (InvalidOperation, ValueError):  # signalling NaN raises the latter
-        raise UserError(
-            f"{where}: the frame time '{text.strip()[:20]}' is not a number; write seconds per frame, such as 0.05"
-        ) from None
+        advice = "a decimal point" if "," in text else "seconds per frame, such as 0.05"
+        raise UserError(f"{where}: the frame time '{text.strip()[:20]}' is not a number; write {advice}") from None
     if not 0.001 <= seconds <= 1.0:
         raise UserError(f"{where}: a frame time of {text.strip()[:20]} s; write seconds per frame, such as 0.05")
     exact = _near(1 / seconds)

@@ -222,8 +222,9 @@ def _motion(file: io.BytesIO, n_joints: int, n_channels: int, where: str) -> tup
     """Return the channel values (T, C), the frame rate and notes of the lines after MOTION."""
     filled = (line for line in file if line.strip())
     frames_line, time_line = (next(filled, b"").decode(errors="replace").split(":") for _ in range(2))
-    n_frames = frames_line[1].strip() if frames_line[0].strip() == "Frames" and len(frames_line) == 2 else ""
-    if not n_frames.isdecimal() or time_line[0].split() != ["Frame", "Time"] or len(time_line) != 2:
+    n_frames = frames_line[1].strip() if frames_line[0].strip().lower() == "frames" and len(frames_line) == 2 else ""
+    n_frames = n_frames.removesuffix(".0")
+    if not n_frames.isdecimal() or time_line[0].lower().split() != ["frame", "time"] or len(time_line) != 2:
         raise UserError(f"{where}: no 'Frames:' and 'Frame Time:' after MOTION; export it again")
     fps, notes = frame_rates.from_frame_time(time_line[1], where)
     announced = int(n_frames[:18])
@@ -233,6 +234,9 @@ def _motion(file: io.BytesIO, n_joints: int, n_channels: int, where: str) -> tup
     for line in filled:
         row = line.split()
         if len(row) != n_channels:
+            if count == announced > 0:
+                text = line.decode(errors="replace").strip()[:40]
+                raise UserError(f"{where}: '{text}' follows the last frame; remove what is not part of the motion")
             hint = "export the file again" if file.read().strip() else "the file is truncated: copy it again"
             raise UserError(f"{where}: frame {count} has {len(row)} of {n_channels} values; {hint}")
         count += 1

@@ -225,12 +225,13 @@ def _metres(parameters: dict[str, Value], declared: str | float | None, path: st
         return units.metres_per_unit(declared), units.replaced(unit, declared)
     if not unit:
         raise UserError(f"{path}: does not say its unit (POINT:UNITS is empty); state it in corpus.markers.unit")
-    if unit.lower() not in METRES:
+    metres = units.stated_metres(unit)
+    if metres is None:
         raise UserError(
             f"{path}: unknown unit '{unit[:20]}' in POINT:UNITS; state it in corpus.markers.unit as one of "
             f"{', '.join(METRES)}, or in metres"
         )
-    return METRES[unit.lower()], []
+    return metres, []
 
 
 def _n_frames(

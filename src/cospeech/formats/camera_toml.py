@@ -27,6 +27,9 @@ FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
 EXPORT = "export the calibration again"
 
+LARGEST = 1e9
+"""Limit of the absolute value of every number; larger ones are errors of the file."""
+
 LEAST_FOCAL, MOST_FOCAL = 0.2, 50.0
 """Range of focal lengths in image sizes: a field of view of 136 degrees, and of 1 degree."""
 
@@ -108,8 +111,8 @@ def _numbers(where: str, key: str, value: Any) -> Floats:
         raise UserError(
             f"{where}: '{key}' holds something other than numbers, or rows of different length; {EXPORT}"
         ) from None
-    if not np.isfinite(numbers).all():
-        raise UserError(f"{where}: '{key}' holds infinite or missing numbers; {EXPORT}")
+    if not (np.abs(numbers) < LARGEST).all():
+        raise UserError(f"{where}: '{key}' holds missing, infinite or much too large numbers; {EXPORT}")
     return numbers
 
 
@@ -188,7 +191,7 @@ def _check_places(cameras: Sequence[Camera], path: Path) -> None:
         if away > FARTHEST_M:
             raise UserError(
                 f"{path}: camera {camera.name} is {away:.4g} m from the origin; give 'translation' in metres (not "
-                "millimetres), and put the origin where the actor stands"
+                "centimetres or millimetres), and put the origin where the actor stands"
             )
         for other in cameras[:number]:
             if other.name == camera.name:

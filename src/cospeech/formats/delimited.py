@@ -16,7 +16,7 @@ from typing import NamedTuple
 from cospeech.errors import UserError
 from cospeech.formats import plain_text
 
-SEPARATORS = ",;\t"
+SEPARATORS = ",;\t|"
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 CLOCK = re.compile(r"(?:(\d+):(?=[0-5]?\d:))?(\d+):([0-5]?\d(?:\.\d*)?)", re.ASCII)

@@ -29,6 +29,7 @@ ENCODINGS = {
     "EUC-JP": "euc_jp",
     "GBK": "gbk",
     "EUC-KR": "euc_kr",
+    "Big5": "big5",
     "Windows-1252": "cp1252",
 }
 """Encodings other than Unicode that names are tried in, for messages."""

@@ -88,7 +88,13 @@ class Sound(NamedTuple):
         return len(self.samples) / RATE_HZ
 
 
-def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None, channel: int | None = None) -> Sound:
+def read(
+    path: str | Path,
+    start_s: float = 0.0,
+    end_s: float | None = None,
+    channel: int | None = None,
+    mix_different: bool = False,
+) -> Sound:
     """Read a wav file, or its excerpt from ``start_s`` to ``end_s``, as mono at ``RATE_HZ``.
 
     Parameters
@@ -96,11 +102,12 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None, cha
     path : a wav file of any sample format, rate and number of channels.
     start_s, end_s : excerpt, in seconds; by default the whole file.
     channel : the channel to take, counted from 1; None mixes all channels down to one.
+    mix_different : whether channels with different speech are mixed down, with a note, or refused.
 
     Raises
     ------
     UserError : if the file is missing, empty, truncated, too long, silent or not a wav file, if it contains NaN, if
-        the excerpt or the channel is not in it, or if its channels contain different speech and none is chosen.
+        the excerpt or the channel is not in it, or if its channels cannot be mixed down and none is chosen.
     """
     check_whole(Path(path))
     try:
@@ -110,7 +117,9 @@ def read(path: str | Path, start_s: float = 0.0, end_s: float | None = None, cha
             rate = file.samplerate
             first, last = _excerpt(path, start_s, end_s, rate, file.frames)
             file.seek(first)
-            return mixed(path, _pieces(file, path, first, last), rate, file.channels, channel, first / rate)
+            return mixed(
+                path, _pieces(file, path, first, last), rate, file.channels, channel, first / rate, mix_different
+            )
     except (soundfile.SoundFileError, OSError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(f"{path}: cannot be read as wav ({reason}); copy or convert it again") from error
@@ -182,6 +191,7 @@ def mixed(
     n_channels: int,
     channel: int | None = None,
     start_s: float = 0.0,
+    mix_different: bool = False,
 ) -> Sound:
     """Mix channels down to one, or take one of them, and resample it to ``RATE_HZ``.
 
@@ -193,11 +203,12 @@ def mixed(
     n_channels : number of channels C.
     channel : the channel to take, counted from 1; None mixes all channels down to one.
     start_s : time of the first sample in the file, for messages.
+    mix_different : as in ``read``.
 
     Raises
     ------
     UserError : if there is no such channel, if the sound is empty, silent or too long, if it contains NaN, or if the
-        channels contain different speech and none is chosen.
+        channels cannot be mixed down and none is chosen.
     """
     _check_header(path, rate, n_channels, channel)
     resampler = soxr.ResampleStream(rate, RATE_HZ, 1, dtype="float64", quality="VHQ") if rate != RATE_HZ else None
@@ -227,15 +238,16 @@ def mixed(
         rounded.append(to_16_bit(resampler.resample_chunk(np.empty(0), last=True)))
     if not any(map(len, rounded)):
         raise UserError(f"{path}: contains no sound; copy it again")
-    if powers:
-        _check_channels(path, np.concatenate(powers), np.concatenate(mono_powers)[:, 0])
+    different = _difference(path, np.concatenate(powers), np.concatenate(mono_powers)[:, 0]) if powers else None
+    if different and not mix_different:
+        raise UserError(f"{path}: its {different}; {_choose(n_channels)}")
     if highest - lowest <= 2 * SILENT:
         raise UserError(f"{path}: is silent; check the recording")
     notes = []
     if n_channels > 1:
-        notes.append(
-            f"{n_channels} channels mixed down to one" if channel is None else f"only channel {channel} used"
-        )
+        although = f", although {different}: set the channel of the record" if different else ""
+        mixed_down = f"{n_channels} channels mixed down to one{although}"
+        notes.append(mixed_down if channel is None else f"only channel {channel} used")
     if rate != RATE_HZ:
         lost = f" (nothing above {rate // 2} Hz)" if rate < RATE_HZ else ""
         notes.append(f"resampled from {rate} Hz to {RATE_HZ} Hz{lost}")
@@ -280,26 +292,33 @@ def _powers(samples: Floats, hop: int) -> Floats:
     return samples[: whole * hop].reshape(whole, hop, -1).var(axis=1)
 
 
-def _check_channels(path: str | Path, powers: Floats, mixed_powers: Floats) -> None:
-    """Raise UserError if channels should not be mixed down: different speech, speech and noise, or opposite phase.
+def _choose(n_channels: int) -> str:
+    return f"choose one of 1 to {n_channels} (channel: of the record, or --channel)"
+
+
+def _difference(path: str | Path, powers: Floats, mixed_powers: Floats) -> str | None:
+    """Return which channels contain different speech, or speech and noise; None if they belong to one recording.
 
     Parameters
     ----------
     powers, mixed_powers : power of each channel (K, C), and of the mean of all channels (K,), per ``LEVEL_S``.
+
+    Raises
+    ------
+    UserError : if the channels have opposite phase, so that nothing is left of them when they are mixed down.
     """
     n_channels = powers.shape[1]
-    choose = f"choose one of 1 to {n_channels} (channel: of the record, or --channel)"
     if not len(powers):
-        return
+        return None
     if mixed_powers.sum() < 0.5 * powers.sum(axis=0).max() / n_channels**2:
-        raise UserError(f"{path}: its channels cancel each other, since one of them is inverted; {choose}")
+        raise UserError(f"{path}: its channels cancel each other, since one is inverted; {_choose(n_channels)}")
     levels = 10.0 * np.log10(np.maximum(powers, SILENT**2))
     loud = np.percentile(levels, 95, axis=0)
     spread = loud - np.percentile(levels, 10, axis=0)
     audible = loud > loud.max() - INAUDIBLE_DB
     speaks = np.flatnonzero(audible & (spread >= SPEECH_DB))
     if not len(speaks):
-        return
+        return None
     first = speaks[np.argmax(loud[speaks])]
     relative = np.maximum(levels - loud, -INAUDIBLE_DB)
     for other in np.flatnonzero(audible):
@@ -307,7 +326,8 @@ def _check_channels(path: str | Path, powers: Floats, mixed_powers: Floats) -> N
         if (relative[active, first] - relative[active, other]).std() > DIFFERENT_DB:
             held = "different speech" if other in speaks else "speech and a constant noise"
             one, two = sorted((first + 1, other + 1))
-            raise UserError(f"{path}: its channels {one} and {two} contain {held}; {choose}")
+            return f"channels {one} and {two} contain {held}"
+    return None
 
 
 def to_16_bit(samples: Floats) -> npt.NDArray[np.int16]:

@@ -2,8 +2,8 @@
 
 Five header lines (path, names and values of fields, names of markers, names of coordinates) are followed by one line
 per frame: its number, its time, and x, y, z of each marker. The fields of a lost marker are empty; on reading, "nan"
-and three exact zeros, which other programs write, also mean lost. Commas instead of tabs, as spreadsheets save them,
-and spaces, as editors leave them, are accepted.
+and three exact zeros, which other programs write, also mean lost. Commas or semicolons instead of tabs and decimal
+commas, as spreadsheets save them, spaces, as editors leave them, and lines of comments are accepted.
 """
 
 from __future__ import annotations
@@ -38,6 +38,11 @@ One unit of the last digit of the times is added, as they may be rounded to two 
 """
 
 MAX_FPS = 10000.0
+
+FIELD_NAMES = {name.lower(): name for name in FIELDS}
+
+COMMENTS = ("#", "//")
+"""How lines of comments begin that people add."""
 
 
 def write(trajectories: Trajectories, path: str | Path) -> None:
@@ -80,16 +85,22 @@ def read(path: str | Path, unit: str | float | None = None) -> Trajectories:
         are not consecutive.
     """
     text = foreign.decode(foreign.read_bytes(path), path)
-    lines = text.splitlines()
-    if not text.startswith("PathFileType"):
+    filled = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip(" \t,;") and not line.lstrip().startswith(COMMENTS)
+    ]
+    if not filled or not filled[0][1].lower().startswith("pathfiletype"):
         raise UserError(f"{path}: is not a TRC file (it does not begin with PathFileType); name a TRC file")
-    if len(lines) < 6:
+    if len(filled) < 6:
         raise UserError(f"{path}: is truncated in its header; copy or export it again")
-    given = dict(zip(map(str.strip, _fields(lines[1])), map(str.strip, _fields(lines[2])), strict=False))
+    lines = [line for _, line in filled[:5]]
+    labels = [FIELD_NAMES.get(field.strip().lower(), "") for field in _fields(lines[1])]
+    given = dict(zip(labels, map(str.strip, _fields(lines[2])), strict=False))
     stated_fps, announced, n_markers = _header(given, str(path))
     metres, notes = _metres(given.get("Units", ""), unit, str(path))
     names = _names(lines[3], n_markers, str(path))
-    filled = [(number, line) for number, line in enumerate(lines[5:], start=6) if line.strip(" \t,")]
+    filled = filled[5:]
     n_frames = len(filled)
     if n_frames < announced:
         raise UserError(
@@ -112,14 +123,19 @@ def read(path: str | Path, unit: str | float | None = None) -> Trajectories:
 
 
 def _fields(line: str) -> list[str]:
-    """Return the fields of a line, which are separated by tabs, by commas, or by spaces."""
-    return line.split("\t") if "\t" in line else line.split(",") if "," in line else line.split()
+    """Return the fields of a line, which are separated by tabs, semicolons, commas, or spaces."""
+    separator = _separator(line)
+    return line.split(separator) if separator else line.split()
+
+
+def _separator(line: str) -> str | None:
+    return next((separator for separator in "\t;," if separator in line), None)
 
 
 def _header(given: dict[str, str], where: str) -> tuple[float, int, int]:
     """Return the frame rate and the numbers of frames and markers."""
     try:
-        fps, n_frames, n_markers = float(given["DataRate"]), int(given["NumFrames"]), int(given["NumMarkers"])
+        fps, n_frames, n_markers = float(given["DataRate"]), _whole(given["NumFrames"]), _whole(given["NumMarkers"])
     except (KeyError, ValueError):
         raise UserError(
             f"{where}: lines 2 and 3 do not say DataRate, NumFrames, NumMarkers; export it again"
@@ -129,21 +145,27 @@ def _header(given: dict[str, str], where: str) -> tuple[float, int, int]:
     return fps, n_frames, n_markers
 
 
+def _whole(text: str) -> int:
+    return int(text.removesuffix(".0"))
+
+
 def _metres(stated: str, declared: str | float | None, where: str) -> tuple[float, list[str]]:
     """Return the unit in metres, and a note if the declared unit replaces that of the file."""
     if declared is not None:
         return units.metres_per_unit(declared), units.replaced(stated, declared)
-    if stated.lower() not in METRES:
+    metres = units.stated_metres(stated)
+    if metres is None:
+        unknown = f"unknown unit '{stated[:20]}'" if stated else "does not state its unit"
         raise UserError(
-            f"{where}: unknown unit '{stated[:20]}'; set Units in line 3 to one of {', '.join(METRES)}, or state it "
+            f"{where}: {unknown}; set Units in line 3 to one of {', '.join(METRES)}, or state it "
             "in corpus.markers.unit"
         )
-    return METRES[stated.lower()], []
+    return metres, []
 
 
 def _names(line: str, n_markers: int, where: str) -> tuple[str, ...]:
     fields = _fields(line)
-    if "\t" in line or "," in line:
+    if _separator(line):
         names = tuple(map(foreign.normalised, fields[2 : 2 + 3 * n_markers : 3]))
         spare = [field.strip() for index, field in enumerate(fields[2:]) if index % 3 or index >= 3 * n_markers]
     else:  # a name may contain single spaces if more of them separate it from the next
@@ -164,7 +186,10 @@ def _names(line: str, n_markers: int, where: str) -> tuple[str, ...]:
 def _row(line: str, n_fields: int, where: str) -> list[str]:
     """Return the fields of one frame, with empty ones at its end if the line is shorter."""
     fields = _fields(line)
-    if "\t" not in line and "," not in line and len(fields) != n_fields:
+    separator = _separator(line)
+    if separator in ("\t", ";"):
+        fields = [field.replace(",", ".") for field in fields]
+    if separator is None and len(fields) != n_fields:
         fields = line.split(" ")  # each tab was replaced by one space, and some fields are empty
         if not n_fields <= len(fields) <= n_fields + 1:
             raise UserError(

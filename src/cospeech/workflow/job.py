@@ -19,7 +19,7 @@ import pandas as pd  # noqa: E402
 
 from cospeech.data import tables  # noqa: E402
 from cospeech.errors import UserError  # noqa: E402
-from cospeech.workflow import manifest, progress  # noqa: E402
+from cospeech.workflow import progress, receipts  # noqa: E402
 
 gc.freeze()
 gc.enable()
@@ -103,11 +103,11 @@ def run(snakemake: Any) -> Iterator[Job]:
         work = Job(snakemake)
         wildcards = dict(snakemake.wildcards.items())
         results = path.parents[len(wildcards) + 1]  # the log is <results>/logs/<rule>/<wildcards>.log
-        receipt = manifest.place(results, work.rule, wildcards)
-        manifest.begin(receipt)
+        receipt = receipts.place(results, work.rule, wildcards)
+        receipts.begin(receipt)
         yield work
         if work.written:
-            manifest.save(receipt, work.rule, wildcards, work.config_hash, work.written)
+            receipts.save(receipt, work.rule, wildcards, work.config_hash, work.written)
     except UserError as error:
         _stop(f"{snakemake.rule}: {error}")
     except OSError as error:

@@ -1,167 +1,63 @@
-"""The manifest of a run: every file that its jobs wrote, with checksums.
-
-Jobs may run on several machines at once and can be killed at any time, so no common table is written while they run.
-Each job leaves a receipt instead, a JSON file in ``results/<run>/run/receipts`` that lists the files it wrote. The
-manifest, ``results/<run>/run/manifest.parquet``, is made from all receipts when a run ends.
-"""
+"""The manifest of a run, ``results/<run>/run/manifest.parquet``, and the verification of all its files."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
-from cospeech.errors import UserError
+import pandas as pd
 
-RECEIPTS = "run/receipts"
+from cospeech.data import tables
+from cospeech.workflow import receipts
+from cospeech.workflow.receipts import Receipt
+
 TABLE = "run/manifest.parquet"
 
-END_OF_RUN = "end_of_run"
-"""Stands for a rule in the receipt of the files that are written when all jobs have ended."""
+NOT_ARTIFACTS = ("logs", "benchmarks", "run", ".lock")
+"""What a run leaves in the folder of its results besides artifacts."""
+
+TIMESTAMP = ".snakemake_timestamp"
+"""Name of the file with which Snakemake marks the age of a folder."""
+
+CHANGED = "changed since the run wrote it; delete it and run again"
+MISSING = "missing; run again"
+UNFINISHED = "the job that writes it was interrupted; run again"
+LEFT_OVER = "left over from another configuration; delete it if you do not need it"
+FOREIGN = "foreign (no job of this run wrote it); move it elsewhere or delete it"
 
 
-class Artifact(NamedTuple):
-    """One file that a job wrote: path relative to the folder of the run, SHA-256 of the content, and size."""
-
-    path: str
-    sha256: str
-    bytes: int
-
-
-@dataclass(frozen=True)
-class Receipt:
-    """What one job wrote.
-
-    Attributes
-    ----------
-    rule : rule of the job.
-    wildcards : values of its wildcards.
-    config_hash : hash of the settings that it was given.
-    artifacts : the files it wrote, those that are outputs of its rule first.
-    former : files that the same job wrote under another configuration and does not write any longer.
-    finished : False from the start of a job to its end; the files may be incomplete.
-    path : path of the receipt.
-    written_ns : time at which the receipt was written, in nanoseconds since the epoch.
-    """
-
-    rule: str
-    wildcards: dict[str, str]
-    config_hash: str
-    artifacts: tuple[Artifact, ...]
-    former: tuple[Artifact, ...] = ()
-    finished: bool = True
-    path: str = ""
-    written_ns: int = 0
-
-
-def place(results: str | Path, rule: str, wildcards: Mapping[str, str]) -> Path:
-    """Return the path of the receipt of a job, which is named after its rule and wildcards as its log is."""
-    return Path(results, RECEIPTS, rule, *(wildcards[name] for name in sorted(wildcards))).with_suffix(".json")
-
-
-def begin(path: Path) -> None:
-    """Mark the receipt of an earlier run of the same job, if there is one: its files are about to be replaced."""
-    if path.is_file():
-        _write(_read(path), path, finished=False)
-
-
-def save(path: Path, rule: str, wildcards: Mapping[str, str], config_hash: str, written: Iterable[str]) -> None:
-    """Write the receipt of a finished job to ``path``.
-
-    Parameters
-    ----------
-    path : see ``place``.
-    rule, wildcards, config_hash : see ``Receipt``.
-    written : the files and folders that the job wrote; a folder stands for all files in it.
-    """
-    artifacts = tuple(_artifact(file) for file in dict.fromkeys(_files(written)))
-    former: tuple[Artifact, ...] = ()
-    if path.is_file():
-        earlier, now = _read(path), {artifact.path for artifact in artifacts}
-        known = (*earlier.artifacts, *earlier.former)
-        former = tuple(one for one in known if one.path not in now and Path(one.path).is_file())
-    _write(Receipt(rule, dict(wildcards), config_hash, artifacts, former), path, finished=True)
-
-
-def load(results: str | Path) -> list[Receipt]:
-    """Return all receipts of a run, sorted by their paths."""
-    return [_read(path) for path in sorted(Path(results, RECEIPTS).rglob("*.json"))]
-
-
-def missing(receipt: Receipt) -> list[str]:
-    """Return the artifacts of a receipt that do not exist."""
-    return [artifact.path for artifact in receipt.artifacts if not Path(artifact.path).is_file()]
-
-
-def changed(receipt: Receipt, *, thoroughly: bool) -> list[str]:
-    """Return the artifacts of a receipt that differ from what the job wrote.
-
-    Parameters
-    ----------
-    receipt : receipt of a finished job.
-    thoroughly : whether to read every file. Otherwise, only files that were modified after the job's end are read.
-    """
-    found = []
-    for artifact in receipt.artifacts:
-        try:
-            state = Path(artifact.path).stat()
-        except FileNotFoundError:
-            continue
-        suspect = thoroughly or state.st_size != artifact.bytes or state.st_mtime_ns > receipt.written_ns
-        if suspect and _artifact(artifact.path) != artifact:
-            found.append(artifact.path)
-    return found
-
-
-def write_table(results: str | Path, receipts: Iterable[Receipt], *, corpus: str, config_hash: str) -> None:
+def write_table(results: str | Path, planned: Iterable[Receipt], *, corpus: str, config_hash: str) -> None:
     """Write the manifest of a run from its receipts; ``corpus`` and ``config_hash`` as for ``tables.write``."""
-    import pandas as pd  # not above: planning has no use for it, and importing it takes half a second
-
-    from cospeech.data import tables
-
-    rows = [(*artifact, one.rule, one.config_hash) for one in receipts if one.finished for artifact in one.artifacts]
+    rows = [(*artifact, one.rule, one.config_hash) for one in planned if one.finished for artifact in one.artifacts]
     frame = pd.DataFrame(rows, columns=["path", "sha256", "bytes", "rule", "config_hash"])
     frame = frame.drop_duplicates("path").sort_values("path", ignore_index=True)
     tables.write(frame, Path(results, TABLE), "manifest", corpus=corpus, config_hash=config_hash)
 
 
-def _files(written: Iterable[str]) -> Iterator[str]:
-    for path in written:
-        if Path(path).is_dir():
-            yield from (str(file) for file in sorted(Path(path).rglob("*")) if file.is_file())
+def problems(folders: Collection[Path], known: Collection[Receipt], planned: Collection[Receipt]) -> list[str]:
+    """Return one message per file that is changed, missing, unfinished, left over or foreign, sorted by path.
+
+    Parameters
+    ----------
+    folders : folders of the results and the report of a run; every file in them should be an artifact of the run.
+    known : receipts of all jobs that ever wrote to these folders (see ``receipts.load``).
+    planned : receipts of the jobs that belong to the present configuration.
+    """
+    wanted = {path for receipt in planned for path, _, _ in receipt.artifacts}
+    listed = {path for receipt in known for path, _, _ in (*receipt.artifacts, *receipt.former)}
+    found = {path: LEFT_OVER if path in listed else FOREIGN for path in _files(folders) if path not in wanted}
+    for receipt in planned:
+        if not receipt.finished:
+            found |= {path: UNFINISHED for path, _, _ in receipt.artifacts}
         else:
-            yield path
+            found |= dict.fromkeys(receipts.missing(receipt), MISSING)
+            found |= dict.fromkeys(receipts.changed(receipt, thoroughly=True), CHANGED)
+    return [f"{path}: {what}" for path, what in sorted(found.items())]
 
 
-def _artifact(path: str) -> Artifact:
-    with Path(path).open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-        return Artifact(path, digest, file.tell())
-
-
-def _read(path: Path) -> Receipt:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        for key in ("artifacts", "former"):
-            content[key] = tuple(Artifact(*artifact) for artifact in content[key])
-        return Receipt(**content, path=str(path), written_ns=path.stat().st_mtime_ns)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path}: damaged ({error}); delete it and the files of its job, and run again") from error
-
-
-def _write(receipt: Receipt, path: Path, *, finished: bool) -> None:
-    from cospeech.data import tables  # not above: it imports pandas
-
-    content = {
-        "rule": receipt.rule,
-        "wildcards": receipt.wildcards,
-        "config_hash": receipt.config_hash,
-        "artifacts": receipt.artifacts,
-        "former": receipt.former,
-        "finished": finished,
-    }
-    with tables.replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+def _files(folders: Collection[Path]) -> Iterator[str]:
+    for folder in folders:
+        for path in folder.rglob("*"):
+            other = path.relative_to(folder).parts[0] in NOT_ARTIFACTS or path.name == TIMESTAMP
+            if not other and (path.is_file() or path.is_symlink()):
+                yield str(path)

@@ -180,6 +180,8 @@ def _read_sheet(path: Path) -> list[Record]:
         if negative:
             raise UserError(f"{path}: line {line}: {negative[0]} is negative; times count from the start of the file")
         listed.append(record)
+    if not listed:
+        raise UserError(f"{path}: lists no record; add one line per record")
     return listed
 
 

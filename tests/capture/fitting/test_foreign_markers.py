@@ -23,6 +23,12 @@ def test_a_mapped_name_must_be_that_of_one_marker(tmp_path):
         marker_file.read(path, {"chest": "NONE"}, "y", "z", 0.5)
 
 
+def test_a_marker_is_mapped_once(tmp_path):
+    path = written(tmp_path, ("C7", "STRN"))
+    with pytest.raises(UserError, match="'C7' is mapped to both back and chest"):
+        marker_file.read(path, {"back": "C7", "chest": "C7"}, "y", "z", 0.5)
+
+
 def test_names_match_in_either_unicode_composition(tmp_path):
     path = written(tmp_path, ("e\u0301paule", "e\u0301paule"))
     with pytest.raises(UserError, match="2 markers are called '\u00e9paule'"):

@@ -52,11 +52,16 @@ def test_wrong_axes_are_refused(path, up, facing, reason):
         read(path, up=up, facing=facing)
 
 
-def test_wrong_axes_of_a_record_without_a_static_pose_are_refused(path):
-    with pytest.raises(UserError, match="the head is not above the chest"):
-        marker_file.read(path, SAME, "z", "y", 0.5)
-    with pytest.raises(UserError, match="'left_shoulder' is on the actor's right"):
-        marker_file.read(path, SWAPPED, "y", "z", 0.5)
+def test_a_record_is_read_in_any_case_and_refused_before_the_fit_if_its_axes_sides_or_unit_are_wrong(path):
+    for names, up, facing, unit, reason in (
+        (SAME, "z", "y", None, "the head is not above the chest"),
+        (SWAPPED, "y", "z", None, "'left_shoulder' is on the actor's right"),
+        (SAME, "y", "z", "mm", "as in a file in m that states the unit mm"),
+    ):
+        table = marker_file.read(path, names, up, facing, 0.5, unit=unit)
+        with pytest.raises(UserError, match=rf"a\.trc: .*{reason}"):
+            marker_file.check(table, up, facing, "a.trc")
+    marker_file.check(marker_file.read(path, SAME, "y", "z", 0.5), "y", "z", "a.trc")
 
 
 @pytest.mark.parametrize(

@@ -139,6 +139,13 @@ def test_one_lost_frame_is_found_wherever_it_is(lost):
         footage._check_times(starts_s, 30.0 * 1299 / 1300, "c1.mp4")
 
 
+@pytest.mark.parametrize("extra", [0.5, 649.5, 1298.5])
+def test_one_frame_too_many_is_found_wherever_it_is(extra):
+    starts_s = np.sort([*range(1300), extra]) / 30.0
+    with pytest.raises(UserError, match=rf"c1\.mp4: frame {int(extra) + 1} \(at .* s\) is one too many"):
+        footage._check_times(starts_s, 30.0 * 1301 / 1300, "c1.mp4")
+
+
 @pytest.mark.parametrize("fps", [24.0, 29.97, 59.94, 120.0])
 def test_times_in_milliseconds_are_a_constant_rate(fps):
     footage._check_times(np.round(np.arange(5000) / fps, 3), fps, "c1.mkv")

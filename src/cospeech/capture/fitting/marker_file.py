@@ -50,14 +50,16 @@ def read(
     names : marker map from our names (``markers.NAMES``) to those of the file.
     up, facing : the axis of the file that points up, and the one in which the actor faces: x, y, z, -x, -y or -z.
     longest_hidden_s : longest gap to fill, unless a rigid body part determines the position.
-    static : pose (see ``stance``) and duration in seconds of the static pose, for a range-of-motion take.
+    static : pose (see ``stance``) and duration in seconds of the static pose, for a range-of-motion take. Only such a
+        take is checked here against unit, axes, names and pose; for a record, see ``check``.
     unit : unit of the positions, as in ``units.METRES`` or in metres; None: as the file says.
     report : receives the notes on how the file was interpreted.
 
     Raises
     ------
     UserError : if the format is unknown or the file is damaged, if a mapped marker is missing, ambiguous or never
-        visible, if the axes do not define a frame, or if the markers contradict the unit, axes, names or static pose.
+        visible, if the axes do not define a frame, or if a range-of-motion take contradicts the unit, axes, names or
+        static pose.
     """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
@@ -67,6 +69,12 @@ def read(
         for note in held.notes:
             report(f"{path}: {note}")
     turn = world_rotation(up, facing)
+    for ours, theirs in names.items():
+        first = next(other for other, marker in names.items() if marker == theirs)
+        if first != ours:
+            raise UserError(
+                f"corpus.markers.names: '{theirs}' is mapped to both {first} and {ours}; correct one of them"
+            )
     places = np.full((len(held.places_m), len(NAMES), 3), np.nan)
     for ours, theirs in ((ours, foreign.normalised(theirs)) for ours, theirs in names.items()):
         if held.names.count(theirs) > 1:
@@ -84,9 +92,9 @@ def read(
                 "from corpus.markers.names"
             )
         places[:, NAMES.index(ours)] = place @ turn.T
-    stance.check_unit(places, str(path))
-    stance.check_axes(places, turn, str(path))
     if static is not None:
+        stance.check_unit(places, str(path))
+        stance.check_axes(places, turn, str(path))
         pose, seconds = static
         still = static_pose(places, NAMES, held.fps, seconds, OPTIONAL)
         stance.check_static(still, pose, turn, str(path))
@@ -95,6 +103,22 @@ def read(
     return trajectories.to_table(filled, NAMES, held.fps).assign(
         status=detections.label_column(detections.STATUSES, status)
     )
+
+
+def check(table: pd.DataFrame, up: str, facing: str, where: str) -> None:
+    """Raise UserError if the markers of a record contradict the declared unit, axes or names.
+
+    A file is read whatever its markers show; this is checked before a body model is fitted to them.
+
+    Parameters
+    ----------
+    table : ``markers_3d`` table of the record.
+    up, facing : as in ``read``.
+    where : name of the file for error messages.
+    """
+    places = trajectories.to_array(table, NAMES)
+    stance.check_unit(places, where)
+    stance.check_axes(places, world_rotation(up, facing), where)
 
 
 def world_rotation(up: str, facing: str) -> Floats:

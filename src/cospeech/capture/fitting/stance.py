@@ -19,6 +19,9 @@ HANGING, T_POSE = "hanging", "t_pose"
 UPPER_ARM_M = (0.12, 0.6)
 """Plausible range of the distance from shoulder to elbow marker; outside it, the unit is wrong."""
 
+LIKELY = {unit: METRES[unit] for unit in ("m", "cm", "mm")}
+"""Units that are mistaken for one another; more of them would explain any length."""
+
 MAX_LEAN_DEG = 50.0
 """Largest angle between the line from shoulders to head and the vertical, as a median over the take."""
 
@@ -53,8 +56,8 @@ def check_unit(places_m: Floats, where: str) -> None:
 
 def _likely_units(length_m: float) -> str:
     """Return which wrong unit explains an impossible length, or an empty string."""
-    for declared, wrong in METRES.items():
-        for actual, right in METRES.items():
+    for declared, wrong in LIKELY.items():
+        for actual, right in LIKELY.items():
             if UPPER_ARM_M[0] <= length_m * right / wrong <= UPPER_ARM_M[1]:
                 return f", as in a file in {actual} that states the unit {declared}"
     return ""

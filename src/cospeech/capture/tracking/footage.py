@@ -126,6 +126,13 @@ def _check_times(starts_s: Floats, fps: float, path: Path) -> None:
             f"{path}: {lost} frame{'s' * (lost > 1)} before frame {frame} (at {starts_s[frame]:.3f} s) "
             f"{'are' if lost > 1 else 'is'} missing; record the take again, or fill the gap with ffmpeg -fps_mode cfr"
         )
+    crowded = np.flatnonzero(steps[:-1] + steps[1:] < 2.0 - UNEVEN_FRAMES)
+    if len(crowded) and not len(uneven):
+        extra = int(crowded[0]) + 1
+        raise UserError(
+            f"{path}: frame {extra} (at {starts_s[extra]:.3f} s) is one too many, between two others that are one "
+            "frame apart; convert the film with ffmpeg -fps_mode cfr"
+        )
     if len(uneven) or late.max(initial=0.0) > UNEVEN_FRAMES:
         raise UserError(
             f"{path}: frame {frame} (at {starts_s[frame]:.3f} s) deviates by {late[frame]:.1f} frames from a "

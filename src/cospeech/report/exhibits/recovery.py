@@ -21,6 +21,8 @@ QUANTITIES = {
     "voicing_errors": "share of frames whose pitch gain tells their voicing wrong",
     "track_gross_errors": "share of voiced frames whose pitch track (Praat) is off by more than 20 %",
     "track_voicing_errors": "share of frames whose voicing is wrong in the pitch track (Praat)",
+    "syllable_delay": "delay from the peak of a voiced syllable until it is known, in seconds (median)",
+    "syllable_delay_p90": "delay from the peak of a voiced syllable until it is known, in seconds (90th percentile)",
     "transitions_p": "p-value of the planted transitions as a sample of the planted process",
     "durations_p": "p-value of the planted durations as a sample of the planted process",
 }

@@ -21,7 +21,7 @@ NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?!\w)")
 
 
 class Note(NamedTuple):
-    """A note and the records that have it. Where only its numbers differ, their range takes their place."""
+    """A note and the records that have it. If only numbers differ between many records, it contains their range."""
 
     text: str
     records: list[str]
@@ -40,16 +40,18 @@ def grouped(records: pd.DataFrame) -> list[Note]:
     ----------
     records : the table ``records``.
     """
-    found: dict[str, list[tuple[str, list[str]]]] = {}
+    found: dict[str, dict[str, list[str]]] = {}
     for name, note in zip(records["record"], records["note"], strict=True):
         for text in dict.fromkeys(note.split(SEPARATOR) if isinstance(note, str) else ()):
-            found.setdefault(NUMBER.sub(_GAP, text), []).append((str(name), NUMBER.findall(text)))
+            found.setdefault(NUMBER.sub(_GAP, text), {}).setdefault(text, []).append(str(name))
     notes = []
     for pattern, own in found.items():
-        numbers = [_range(values) for values in zip(*(values for _, values in own), strict=True)]
-        text = "".join(part for pair in zip(pattern.split(_GAP), [*numbers, ""], strict=True) for part in pair)
-        names = list(dict.fromkeys(name for name, _ in own))
-        notes.append(Note(text, names, len(names) == len(records) > 1))
+        if sum(map(len, own.values())) > FEW:
+            numbers = [_range(values) for values in zip(*map(NUMBER.findall, own), strict=True)]
+            text = "".join(part for pair in zip(pattern.split(_GAP), [*numbers, ""], strict=True) for part in pair)
+            named = {name for names in own.values() for name in names}
+            own = {text: [name for name in map(str, records["record"]) if name in named]}
+        notes += [Note(text, names, len(names) == len(records) > 1) for text, names in own.items()]
     return sorted(notes, key=lambda note: -len(note.records))
 
 
