@@ -100,7 +100,7 @@ def log_densities(frames: Floats, mean: Floats, covariance: Floats) -> Floats:
 
 
 def filtered(initial: Floats, transitions: Floats, scores: Floats) -> tuple[float, Floats]:
-    """Return the log-likelihood and the beliefs P(q_t | x_1 ... x_t), (T, S), from log densities ``scores`` (T, S)."""
+    """Return the log-likelihood and the beliefs P(q_t | x_1 ... x_t), (T, S), given log densities (T, S)."""
     beliefs = np.empty_like(scores)
     total = crf_chain.forward(initial, transitions, scores, beliefs, np.empty_like(scores))
     return total, beliefs

@@ -60,5 +60,5 @@ def test_combined_values_are_a_lower_bound_of_those_trained_for_the_mixture():
 
 
 def test_a_tone_with_one_segment_is_refused():
-    with pytest.raises(UserError, match="two segments or more"):
+    with pytest.raises(UserError, match="at least two segments"):
         style.fit(np.zeros((5, 4)), np.zeros((1, 4)), NOTHING)

@@ -52,7 +52,12 @@ class Fit(NamedTuple):
 
 def log_densities(frames: Floats, mean: Floats, covariance: Floats, f0: Range) -> Floats:
     """Return the log density of frames (T, D) in each cluster, (T, K), with an unknown F0 integrated out."""
-    return _log_densities(frames, mean, np.linalg.cholesky(covariance), f0)
+    return _log_densities(frames, mean, _factors(covariance), f0)
+
+
+def _factors(covariance: Floats) -> Floats:
+    """Return the lower Cholesky factors of covariances (K, D, D)."""
+    return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
 
 
 def _log_densities(frames: Floats, mean: Floats, factors: Floats, f0: Range) -> Floats:
@@ -66,7 +71,7 @@ class Memberships:
 
     def __init__(self, clusters: Clusters, f0: Range) -> None:
         self._clusters, self._f0 = clusters, f0
-        self._factors = np.linalg.cholesky(clusters.covariance)
+        self._factors = _factors(clusters.covariance)
         self._weights = np.log(clusters.weight)
 
     def of(self, frames: Floats) -> Floats:

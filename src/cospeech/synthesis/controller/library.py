@@ -185,7 +185,7 @@ def successor_costs(cut: Pieces, known: Successors, chosen: Integers | None = No
     the true predecessor of a'. Where a recording ends or begins, and one of these is missing, the distance between
     the last pose of a and the first pose of a' takes its place. After any other piece, S is D_int, the distance
     between the two poses, plus the penalty. A segment is not interrupted by itself: this cost is infinite, as
-    appendix A, where a' = a at an interruption frame means to continue.
+    in appendix A, where a' = a at an interruption frame means to continue.
 
     Parameters
     ----------

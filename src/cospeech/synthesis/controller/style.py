@@ -47,7 +47,7 @@ def fit(neutral: Floats, tone: Floats, floor: Floats) -> Transform:
     """
     if min(len(neutral), len(tone)) < 2:
         raise UserError(
-            f"a style needs two segments of motion or more: {len(neutral)} are neutral, {len(tone)} have the style"
+            f"a style needs at least two segments of motion: {len(neutral)} are neutral, {len(tone)} have the style"
         )
     before, after = (
         np.cov(values.T, bias=True).reshape(len(floor), -1) + np.diag(floor) for values in (neutral, tone)
