@@ -16,8 +16,10 @@ Processor times, of one thread.
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -181,7 +183,8 @@ def against_crfsuite(rng: np.random.Generator) -> None:
     for values, label in zip(sequences, labels, strict=True):
         items = [{str(f): float(x) for f, x in enumerate(row)} for row in values]
         trainer.append(pycrfsuite.ItemSequence(items), [str(i) for i in label])
-    theirs_s = took(lambda: trainer.train("/tmp/bench.crfsuite"))
+    with tempfile.TemporaryDirectory() as folder:
+        theirs_s = took(lambda: trainer.train(str(Path(folder) / "model.crfsuite")))
     theirs = trainer.logparser.last_iteration["loss"]
     fits: list[crf.Fit] = []
     ours_s = took(lambda: fits.append(crf.fit(sequences, targets, 1.0, 1000, 1e-5)))

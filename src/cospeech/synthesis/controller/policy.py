@@ -19,8 +19,8 @@ the fixed point of value iteration in fewer steps over all pairs of pieces and s
 Discounts. Entering a segment shows f_1 + 1 frames, 0 ... f_1. Appendix A prints eta^f_1 and P_f_1 for what follows
 (with a sum over g = 1 ... f_1 after the cost C of frame 0), which loses one frame; and when a segment continues, it
 prints the sum over g = 1 ... n and C = 0, so that the first frame shown is not paid for, and the one after the piece
-is paid for twice. As written above, the recursion equals that of 7.2 over single frames where the state does not change
-(P = I), which is tested. ``discounts="printed"`` is off by about one frame per segment, which is 5 to 12 %.
+is paid for twice. As written above, the recursion equals that of 7.2 over single frames where the state does not
+change (P = I), which is tested. ``discounts="printed"`` is off by about one frame per segment, which is 5 to 12 %.
 """
 
 from __future__ import annotations
