@@ -48,6 +48,7 @@ def test_a_receipt_lists_the_files_of_a_job_and_of_its_folders():
         {"actor": "ada", "system": "hsmm"},
         "abc",
     )
+    assert receipt.output == str(RESULTS / "models/ada")
     assert [artifact.path for artifact in receipt.artifacts] == model
     assert receipt.artifacts[0].bytes == 7
     # printf content | sha256sum

@@ -57,7 +57,7 @@ def is_planned(receipt):
     if not workflow.is_rule(receipt.rule):
         return False
     named = {name: value.removeprefix("fold~") for name, value in receipt.wildcards.items() if name in VALUES}
-    writes = workflow.get_rule(receipt.rule).is_producer(receipt.artifacts[0].path)
+    writes = workflow.get_rule(receipt.rule).is_producer(receipt.output)
     return writes and all(value in VALUES[name] for name, value in named.items())
 
 
@@ -73,7 +73,7 @@ def promised(wildcards):
     exists.
     """
     planned = [receipt for receipt in receipts.load(RESULTS) if is_planned(receipt)]
-    workflow.dag.forcefiles.update(receipt.artifacts[0].path for receipt in planned if receipts.missing(receipt))
+    workflow.dag.forcefiles.update(receipt.output for receipt in planned if receipts.missing(receipt))
     return PROMISED if RECORDS else CALIBRATION_OUTPUTS
 
 

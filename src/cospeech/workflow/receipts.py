@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,8 @@ class Receipt:
     rule : rule of the job.
     wildcards : values of its wildcards.
     config_hash : hash of the settings that it was given.
-    artifacts : the files it wrote, those that are outputs of its rule first.
+    output : its first output, a file or folder.
+    artifacts : the files it wrote.
     former : files that the same job wrote under another configuration and does not write any longer.
     finished : False from the start of a job to its end; the files may be incomplete.
     path : path of the receipt.
@@ -49,6 +50,7 @@ class Receipt:
     rule: str
     wildcards: dict[str, str]
     config_hash: str
+    output: str
     artifacts: tuple[Artifact, ...]
     former: tuple[Artifact, ...] = ()
     finished: bool = True
@@ -67,14 +69,14 @@ def begin(path: Path) -> None:
         _write(_read(path), path, finished=False)
 
 
-def save(path: Path, rule: str, wildcards: Mapping[str, str], config_hash: str, written: Iterable[str]) -> None:
+def save(path: Path, rule: str, wildcards: Mapping[str, str], config_hash: str, written: Sequence[str]) -> None:
     """Write the receipt of a finished job to ``path``.
 
     Parameters
     ----------
     path : see ``place``.
     rule, wildcards, config_hash : see ``Receipt``.
-    written : the files and folders that the job wrote; a folder stands for all files in it.
+    written : the files and folders that the job wrote, its first output first; a folder stands for all files in it.
     """
     artifacts = tuple(_artifact(file) for file in dict.fromkeys(_files(written)))
     former: tuple[Artifact, ...] = ()
@@ -82,7 +84,7 @@ def save(path: Path, rule: str, wildcards: Mapping[str, str], config_hash: str, 
         earlier, now = _read(path), {artifact.path for artifact in artifacts}
         known = (*earlier.artifacts, *earlier.former)
         former = tuple(one for one in known if one.path not in now and Path(one.path).is_file())
-    _write(Receipt(rule, dict(wildcards), config_hash, artifacts, former), path, finished=True)
+    _write(Receipt(rule, dict(wildcards), config_hash, written[0], artifacts, former), path, finished=True)
 
 
 def load(results: str | Path) -> list[Receipt]:
@@ -146,6 +148,7 @@ def _write(receipt: Receipt, path: Path, *, finished: bool) -> None:
         "rule": receipt.rule,
         "wildcards": receipt.wildcards,
         "config_hash": receipt.config_hash,
+        "output": receipt.output,
         "artifacts": receipt.artifacts,
         "former": receipt.former,
         "finished": finished,
