@@ -257,3 +257,9 @@ def test_the_same_table_with_one_draw_gives_the_plain_bootstrap():
     drawn_means = (counts @ values) / counts.sum(axis=1)
     tail = bootstrap.expanded_tail(0.95, 8, 6)
     assert [found["low"], found["high"]] == pytest.approx(np.quantile(drawn_means, [tail, 1 - tail]).tolist())
+
+
+def test_actors_count_if_one_of_their_records_has_a_value():
+    defined = np.array([[True, False, False, True], [False, True, True, False], [False, False, False, False]])
+    strata = np.array(["x", "y", "z", "x"], dtype=object)
+    assert sessions._n_strata(defined, strata).tolist() == [1, 2, 0]
