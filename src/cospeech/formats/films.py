@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
+from av.container import InputContainer
 from av.video.reformatter import VideoReformatter
 
 from cospeech.errors import UserError
 from cospeech.formats.canvas import Image
+
+
+def opened(path: str | Path) -> InputContainer:
+    """Open a film, whatever the encoding of the texts in it."""
+    older: Any = {"metadata_errors": "replace"}  # newer versions of PyAV do so by themselves, and lack the option
+    return av.open(str(path), **(older if int(av.__version__.partition(".")[0]) < 19 else {}))
 
 
 def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
@@ -22,7 +30,7 @@ def pictures(path: str | Path, height_px: int | None = None) -> Iterator[Image]:
     UserError : if the video cannot be read.
     """
     try:
-        with av.open(str(path), metadata_errors="replace") as container:
+        with opened(path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             reformatter = VideoReformatter()
@@ -40,7 +48,7 @@ def stills(path: str | Path, frames: Collection[int], height_px: int | None = No
     UserError : if the video cannot be read, or has fewer frames.
     """
     try:
-        with av.open(str(path), metadata_errors="replace") as container:
+        with opened(path) as container:
             stream = container.streams.video[0]
             if stream.codec_context.codec.intra_only:  # frames are independent: decode only these
                 packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)

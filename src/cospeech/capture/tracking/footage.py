@@ -23,6 +23,7 @@ import pandas as pd
 from cospeech.capture.tracking.interlacing import combed
 from cospeech.data.arrays import Floats, Plane
 from cospeech.errors import UserError
+from cospeech.formats.films import opened
 from cospeech.geometry.camera import Camera
 
 Planes = tuple[Plane, Plane, Plane]
@@ -76,7 +77,7 @@ def probe(path: str | Path, *, colour: bool = True) -> Film:
     if not path.is_file():
         raise UserError(f"{path}: no such file; every camera of the rig needs one")
     try:
-        with av.open(path, metadata_errors="replace") as container:
+        with opened(path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             size, fps = (stream.width, stream.height), float(stream.average_rate or 0)
@@ -256,7 +257,7 @@ def _luma(frame: av.VideoFrame) -> Plane:
 def _decoded(film: Film) -> Generator[av.VideoFrame]:
     n_combed = 0
     try:
-        with av.open(film.path, metadata_errors="replace") as container:
+        with opened(film.path) as container:
             container.streams.video[0].thread_type = "NONE"
             for number, frame in enumerate(islice(container.decode(video=0), film.first, None)):
                 if number % COMB_STEP == 0:

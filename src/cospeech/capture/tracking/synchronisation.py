@@ -22,6 +22,7 @@ from scipy.signal import correlate
 from cospeech.capture.tracking.footage import Film
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
+from cospeech.formats.films import opened
 
 Samples = npt.NDArray[np.float32]
 
@@ -65,7 +66,7 @@ class Lag(NamedTuple):
 def read_sound(path: str | Path) -> Samples:
     """Return the sound of a film from its first frame, or of an audio file; mono at ``RATE_HZ``, empty if silent."""
     try:
-        with av.open(str(path), metadata_errors="replace") as container:
+        with opened(path) as container:
             if not container.streams.audio:
                 return np.empty(0, dtype=np.float32)
             resampler = av.AudioResampler(format="flt", layout="mono", rate=RATE_HZ)
