@@ -51,6 +51,7 @@ def test_densities_that_underflow_are_summed_in_logarithms():
     np.testing.assert_array_equal(found.beliefs, [[1, 0]] * 3)
 
 
+@pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning:hmmlearn.utils")
 def test_equals_hmmlearn():
     rng = np.random.default_rng(3)
     for states in (1, 2, 5):
