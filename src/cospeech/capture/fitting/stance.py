@@ -31,7 +31,8 @@ MAX_HEADING_DEG = 30.0
 MAX_ARM_DEG, MAX_FOREARM_DEG = 25.0, 35.0
 """Largest angle between the line of an arm's markers and its direction in the declared static pose.
 
-Markers beside the bone make this angle about 10 degrees in a perfect pose, and relaxed forearms hang slightly bent.
+As markers lie next to the bone, this angle is about 10 degrees in a perfect pose, and relaxed forearms hang slightly
+bent.
 """
 
 HEAD = [index for index, marker in enumerate(MARKERS) if marker.joint == "head"]

@@ -12,6 +12,7 @@ import numpy as np
 
 from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.kernels.jit import njit
+from cospeech.markov.crf_chain import predict
 
 CONTINUE = -1
 """In place of a segment: continue with the next piece of the same segment."""
@@ -70,16 +71,6 @@ def entering_values(powers: Floats, entered: Floats, expected: Floats) -> None:
 
 
 @njit
-def _advance(power: Floats, values: Floats, after: Floats) -> None:
-    """Write the sum over j of P_n(j | i) * values[j]; ``power`` is transposed."""
-    after[:] = 0.0
-    for j in range(len(values)):
-        value, column = values[j], power[j]
-        for i in range(len(after)):
-            after[i] += value * column[i]
-
-
-@njit
 def improve(
     start: int,
     rows: Floats,
@@ -122,7 +113,7 @@ def improve(
         b = start + k
         n, row = power_of[b], rows[k]
         if not closing[b]:
-            _advance(powers[n], values[b + 1], onward)
+            predict(values[b + 1], powers[n], onward)
         if choices[b, 0] == UNKNOWN:
             nearest = 0
             for a in range(n_segments):
@@ -195,7 +186,7 @@ def evaluate(
             power = powers[power_of[b]]
             if alike[b]:  # as a vector over the states
                 choice = choices[b, 0]
-                _advance(turned[power_of[b]], values[b + 1 if choice == CONTINUE else first[choice]], onward)
+                predict(values[b + 1 if choice == CONTINUE else first[choice]], turned[power_of[b]], onward)
                 for i in range(n_states):
                     value = costs[b, i] + factors[b] * (jumps[b, i] + onward[i])
                     change = max(change, abs(value - values[b, i]))
