@@ -44,8 +44,8 @@ def test_26_of_36_observations_can_occur():
         ((10.0, 5.0, -20.0, 0.20), (0, 0, STANDARD, MEDIUM)),
         ((14.0, 5.0, -20.0, 0.20), (1, 0, STANDARD, MEDIUM)),
         ((13.9, 7.0, -20.0, 0.20), (0, 1, STANDARD, MEDIUM)),
-        ((14.0, 7.0, -17.0, 0.15), (1, 1, HIGH, SHORT)),
-        ((10.0, 5.0, -17.1, 0.30), (0, 0, STANDARD, LONG)),
+        ((14.0, 7.0, -17.0, 0.14), (1, 1, HIGH, SHORT)),
+        ((10.0, 5.0, -17.1, 0.31), (0, 0, STANDARD, LONG)),
         ((np.nan, np.nan, -10.0, 0.16), (0, 0, HIGH, MEDIUM)),
     ],
 )
