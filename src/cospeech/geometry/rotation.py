@@ -123,17 +123,6 @@ def to_vectors(matrices: Floats) -> Floats:
     return (scale[:, None] * vector).reshape(np.shape(matrices)[:-1])
 
 
-def from_quaternions(quaternions: Floats) -> Floats:
-    """Return the matrices (..., 3, 3) of unit quaternions (..., 4), w, x, y, z."""
-    w, x, y, z = np.moveaxis(quaternions, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def angles_deg(matrices: Floats) -> Floats:
     """Return the angles of rotation (...) of matrices (..., 3, 3) in degrees."""
     return np.degrees(np.linalg.norm(to_vectors(matrices), axis=-1))
