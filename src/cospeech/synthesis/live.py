@@ -13,8 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats
-from cospeech.geometry import rotation
-from cospeech.motion import euler, skeleton
+from cospeech.motion import library
 from cospeech.synthesis.declaration import Output
 from cospeech.synthesis.interface import Model, Speech, Synthesis, decoding, phrases_of
 
@@ -123,5 +122,4 @@ def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:
     if len(tables) == len(parts):
         return pd.concat(tables, ignore_index=True)
     rows = np.concatenate([np.asarray(part) for part in parts])
-    matrices = rotation.from_quaternions(rows[:, 3:].reshape(len(rows), -1, 4))
-    return skeleton.motion_table(rows[:, :3], euler.least_change(matrices), fps)
+    return library.to_motion(library.Poses.from_frames(rows), fps)
