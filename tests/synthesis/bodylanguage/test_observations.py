@@ -1,5 +1,7 @@
 """The observations of table 3.1, their running statistics, and silences as a listener learns of them."""
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -34,7 +36,9 @@ def test_26_of_36_observations_can_occur():
     assert observations.N_OBSERVATIONS == 36
     assert len(observations.OCCURRING) == 26
     assert [observations.index(*observations.features(one)) for one in range(36)] == list(range(36))
-    silent = [observations.features(one) for one in observations.OCCURRING if observations.features(one)[2] == SILENCE]
+    silent = [
+        observations.features(one) for one in observations.OCCURRING if observations.features(one)[2] == SILENCE
+    ]
     assert silent == [(0, 0, SILENCE, SHORT), (0, 0, SILENCE, MEDIUM)]
 
 
@@ -83,7 +87,7 @@ def test_observations_fill_the_record_and_silences_are_never_long():
         wait_s = observations.waiting_time_s([table])
         found = observations.observe(table, duration_s, 0.025, wait_s)
         assert found[0].start_s == 0.0
-        for one, following in zip(found, found[1:], strict=False):
+        for one, following in pairwise(found):
             assert one.end_s == pytest.approx(following.start_s, abs=observations.SHORTEST_SILENCE_S)
             assert one.known_s <= following.known_s
         assert all(one.end_s <= one.known_s for one in found)

@@ -1,7 +1,7 @@
 """The hidden Markov model of the subunits of one body section (Levine 2009, chapter 4).
 
-A hidden state is a cluster of subunits, m_i, with a start state s_i and a continuation state c_i, and the share tau of
-the subunit that has elapsed. Its steps are the observations of syllables. With f_i(tau) for the probability that
+A hidden state is a cluster of subunits, m_i, with a start state s_i and a continuation state c_i, and the share tau
+of the subunit that has elapsed. Its steps are the observations of syllables. With f_i(tau) for the probability that
 another syllable ends within the subunit,
 
     P(A_t = c_i | A_(t-1) = s_i) = T_si,ci                  P(A_t = s_j | A_(t-1) = s_i) = T_si,sj
@@ -10,10 +10,10 @@ another syllable ends within the subunit,
 where tau'_t is the share that has elapsed at observation t; f_i is a logistic function. In training, observation V_t
 goes with the state that is active at the end of the *next* observation (4.4).
 
-f_i is estimated by logistic regression over all observations within subunits of the cluster: whether the next one ends
-within the same subunit, given the share that has elapsed. The thesis fits a logistic curve to the shares at the final
-syllables, which leaves out how many syllables were not final: where the next syllable ends within the subunit with
-probability 0.7, it finds 0.78. ``printed_fit`` is that curve, for comparison.
+f_i is estimated by logistic regression over all observations within subunits of the cluster: whether the next one
+ends within the same subunit, given the share that has elapsed. The thesis fits a logistic curve to the shares at the
+final syllables, which leaves out how many syllables were not final: where the next syllable ends within the subunit
+with probability 0.7, it finds almost 0.8. ``printed_fit`` is that curve, for comparison.
 """
 
 from __future__ import annotations
@@ -128,10 +128,7 @@ def regression(cluster: Integers, elapsed: Floats, continues: Flags, n_clusters:
     """
     pooled = _fit(elapsed, continues, np.zeros(2), 10.0 * PRIOR_DEVIATION)
     return np.array(
-        [
-            _fit(elapsed[cluster == i], continues[cluster == i], pooled, PRIOR_DEVIATION)
-            for i in range(n_clusters)
-        ]
+        [_fit(elapsed[cluster == i], continues[cluster == i], pooled, PRIOR_DEVIATION) for i in range(n_clusters)]
     )
 
 
@@ -145,7 +142,7 @@ def _fit(elapsed: Floats, continues: Flags, prior: Floats, deviation: float) -> 
 
 
 def _newton(features: Floats, continues: Flags, prior: Floats, deviation: float) -> Floats:
-    """Return the mode of the posterior of the coefficients; its log is concave, and steps that overshoot are halved."""
+    """Return the mode of the posterior of the coefficients. Steps that overshoot are halved."""
     precision = 1.0 / deviation**2
 
     def objective(beta: Floats) -> float:
@@ -171,9 +168,8 @@ def _newton(features: Floats, continues: Flags, prior: Floats, deviation: float)
 def printed_fit(paths: Sequence[Path], n_clusters: int) -> Floats:
     """Return the logistic curves of the thesis as intercepts and slopes, (N, 2).
 
-    The curve of a cluster is the logistic distribution of the elapsed share at its final syllables, by maximum
-    likelihood: the probability that the final syllable is later. Clusters with fewer than two different shares, and no
-    final syllable elsewhere to learn from, are NaN.
+    The curve of a cluster is the probability that its final syllable is later, under the logistic distribution that
+    is most likely for the elapsed shares at final syllables. It is NaN if there are fewer than two different ones.
     """
     cluster, elapsed, continues = _continuations(paths)
     fits = np.full((n_clusters, 2), np.nan)

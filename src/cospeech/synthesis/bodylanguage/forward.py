@@ -8,9 +8,9 @@ which it was entered. A belief therefore consists of
   observation, and the share that has elapsed since then. Their probabilities add up to alpha(c_i).
 
 ``EXACT`` carries all entries on, which gives the exact forward probabilities of the model. The thesis carries one
-expected share on, which is what the other two modes do with a single entry per state. ``EXPECTED`` is its equation 5.3,
-derived from 5.2, where the denominator is the sum of the two weights in the numerator. ``PRINTED`` divides by alpha(c_i)
-as 5.3 is printed, which leaves out that alpha also contains the probability of the observation and is normalised.
+expected share on, as the other two modes do with a single entry per state. ``EXPECTED`` is what follows from its
+equation 5.2: the denominator of 5.3 is the sum of the two weights in the numerator. ``PRINTED`` divides by alpha(c_i)
+as 5.3 is printed, although alpha also contains the probability of the observation and is normalised.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""The discrete observations of syllables, and the speech statistics they are relative to (Levine 2009, 3.4, table 3.1).
+"""The discrete observations of syllables, relative to statistics of the speech (Levine 2009, 3.4 and table 3.1).
 
 An observation combines four features of a syllable:
 
-- inflection up, inflection down: whether the largest rise and the largest fall of the pitch within the syllable are at
-  least a standard deviation above their means. The thesis defines both by one pitch change, which could not be up and
-  down at once; they are measured separately here.
+- inflection up, inflection down: whether the largest rise and the largest fall of the pitch within the syllable are
+  at least a standard deviation above their means. The thesis defines both by one pitch change, which could not be up
+  and down at once; they are measured separately here.
 - intensity: silence, standard, or high, which is at least half a standard deviation above the mean. (So says the text
   of 3.4; table 3.1 prints one whole deviation.)
 - length: short (at least half a standard deviation below the mean), medium, or long (at least one above it).
@@ -30,6 +30,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.synthesis.live import frame_known
 
 FEATURES = ("rise", "fall", "intensity", "length")
 """What is compared with its mean: rise and fall of the pitch in Hz, intensity in dB, length in s."""
@@ -146,7 +147,9 @@ def measured(syllable: Mapping[str, float]) -> tuple[float, float, float, float]
 
 
 def statistics_of(syllables: Iterable[pd.DataFrame]) -> tuple[Floats, Floats]:
-    """Return the means and the standard deviations, (4,) each, of syllable tables; 0 and 1 of a feature without values.
+    """Return the means and the standard deviations of syllables, (4,) each.
+
+    They are 0 and 1 for a feature without values.
 
     Parameters
     ----------
@@ -226,12 +229,12 @@ def observe(syllables: pd.DataFrame, duration_s: float, frame_s: float, wait_s: 
     ----------
     syllables : table of schema ``syllables``.
     duration_s : length of the record.
-    frame_s : distance of the times at which a listener looks for new syllables.
+    frame_s : length of a prosody frame; new observations are made at the end of each.
     wait_s : see ``waiting_time_s``.
     """
     listener = Listener(Statistics(*statistics_of([syllables]), 1.0), wait_s, running=False)
-    rows = syllables.drop(columns=["record"]).to_dict("records")
-    known = np.floor(syllables["known_s"].to_numpy(dtype=float) / frame_s).astype(np.int64)
+    rows: list[dict[str, float]] = syllables.drop(columns=["record"]).to_dict("records")  # type: ignore[assignment]
+    known = frame_known(syllables["known_s"].to_numpy(dtype=float), frame_s)
     n_frames = max(round(duration_s / frame_s), int(known.max(initial=-1)) + 1)
     found: list[Observed] = []
     first = 0
