@@ -70,7 +70,7 @@ def true_information(features, logit):
 def test_regression_equals_that_of_scikit_learn():
     """With one cluster, the prior is the pooled fit, which is almost without one."""
     rng = np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(6):
         elapsed = rng.uniform(0.0, 1.2, 400)
         continues = rng.random(400) < special.expit(2.0 - 4.0 * elapsed)
         found = chain.regression(np.zeros(400, dtype=np.int64), elapsed, continues, 1)[0]

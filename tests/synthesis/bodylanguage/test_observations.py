@@ -5,31 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
+import speaking_body
 
 from cospeech.synthesis.bodylanguage import alignment, observations
 from cospeech.synthesis.bodylanguage.observations import HIGH, LONG, MEDIUM, SHORT, SILENCE, STANDARD, Statistics
 
 
-def random_syllables(rng, n, first_s=0.4):
-    """A table of syllables, some of them unvoiced, with silences between some."""
-    lengths = rng.uniform(0.06, 0.35, n)
-    gaps = np.where(rng.random(n) < 0.25, rng.uniform(0.1, 2.0, n), 0.0)
-    starts = first_s + np.cumsum(gaps + np.concatenate([[0.0], lengths[:-1]]))
-    voiced = rng.random(n) < 0.8
-    pitch = {name: np.where(voiced, rng.uniform(0.0, high, n), np.nan) for name, high in
-             (("f0_hz", 200.0), ("f0_rise_hz", 40.0), ("f0_fall_hz", 60.0))}  # fmt: skip
-    return pd.DataFrame(
-        {
-            "record": "one",
-            "syllable": np.arange(n),
-            "start_s": starts,
-            "peak_s": starts + 0.5 * lengths,
-            "end_s": starts + lengths,
-            "known_s": np.maximum.accumulate(starts + lengths + rng.uniform(0.02, 0.15, n)),
-            **pitch,
-            "intensity_db": rng.normal(-25.0, 6.0, n),
-        }
-    )
+def random_syllables(rng, n):
+    return speaking_body.syllables(rng, 100.0)[:n]
 
 
 def test_26_of_36_observations_can_occur():

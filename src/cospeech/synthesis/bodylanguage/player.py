@@ -6,6 +6,8 @@ pose per frame, and the body that is shown follows it by velocity-preserving ble
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cospeech.data.arrays import Floats
@@ -15,7 +17,13 @@ from cospeech.motion.blending import Blender
 from cospeech.motion.library import Library
 from cospeech.synthesis.bodylanguage import forward
 from cospeech.synthesis.bodylanguage.model import SECTIONS, Model
-from cospeech.synthesis.bodylanguage.observations import N_OBSERVATIONS, PRIOR_SYLLABLES, Listener, Statistics
+from cospeech.synthesis.bodylanguage.observations import (
+    N_OBSERVATIONS,
+    PRIOR_SYLLABLES,
+    Listener,
+    Observed,
+    Statistics,
+)
 from cospeech.synthesis.bodylanguage.player_kernels import (
     NONE,
     Beliefs,
@@ -32,8 +40,11 @@ from cospeech.synthesis.live import Heard, Stream
 N_UNIFORMS = 1024
 """Number of random numbers that are drawn at once."""
 
-MOST_UNIFORMS = 4 * len(SECTIONS)
-"""Number of random numbers that a call may use."""
+MOST_OBSERVED = 16
+"""Number of observations that are handled at once."""
+
+MOST_UNIFORMS = 2 * len(SECTIONS) * MOST_OBSERVED
+"""Number of random numbers that are needed at once."""
 
 
 class Player:
@@ -45,18 +56,22 @@ class Player:
     stream : what is known of the speech before it is heard.
     seed : seed of the run.
     by_model, at_syllables : how subunits are selected, see ``player_kernels.Rules``.
+
+    Attributes
+    ----------
+    listener, sections, beliefs, memory : what has been heard, the packed models, what is believed, what is shown.
     """
 
     def __init__(self, model: Model, stream: Stream, seed: int, *, by_model: bool, at_syllables: bool) -> None:
         library = model.library.at_rate(stream.motion_fps)
         self._fps, self._frame_s = stream.motion_fps, stream.frame_s
-        self._listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
+        self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
         self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
-        initial, self._sections = _sections(model, library)
-        self._beliefs = _beliefs(initial, mode)
+        initial, self.sections = _sections(model, library)
+        self.beliefs = _beliefs(initial, mode)
         self._rng = random_source(seed, "bodylanguage", stream.record)
-        self._memory = _memory(initial.shape[1], len(self._sections.members), self._rng)
+        self.memory = _memory(initial.shape[1], len(self.sections.members), self._rng)
         self._observed_s = 0.0
         self._n_frames = 0
         n_joints = len(library.body.joints)
@@ -64,24 +79,22 @@ class Player:
         self._poses = [part for row in self._desired for part in (row[:3], row[3:].reshape(n_joints, 4))]
         self._nothing = np.empty((0, 3 + 4 * n_joints))
         self._blender = Blender(library.body)
-        begin(self._sections, initial, self._memory)
+        begin(self.sections, initial, self.memory)
 
     def hear(self, heard: Heard) -> Floats:
         """Return the frames of motion up to the end of a prosody frame, (n, 3 + 4 J)."""
         time_s = (heard.frame + 1) * self._frame_s
-        for one in self._listener.hear(time_s, heard.syllables):
-            self._refill()
-            passed_s, self._observed_s = one.known_s - self._observed_s, one.known_s
-            observe(
-                self._sections,
-                self._rules,
-                self._beliefs,
-                self._memory,
-                self._blender.pose,
-                one.observation,
-                passed_s,
-            )
+        observed = self.listener.hear(time_s, heard.syllables)
+        for first in range(0, len(observed), MOST_OBSERVED):
+            self._observe(observed[first : first + MOST_OBSERVED], time_s)
         return self.frames(int(time_s * self._fps + 0.5 + 1e-9))
+
+    def _observe(self, observed: Sequence[Observed], time_s: float) -> None:
+        self._refill()
+        passed_s = np.zeros(len(observed))
+        passed_s[0], self._observed_s = time_s - self._observed_s, time_s
+        numbers = np.array([one.observation for one in observed])
+        observe(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, numbers, passed_s)
 
     def frames(self, end: int) -> Floats:
         """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""
@@ -92,14 +105,14 @@ class Player:
         made = np.empty((n, self._nothing.shape[1]))
         for row in made:
             self._refill()
-            next_pose(self._sections, self._rules, self._beliefs, self._memory, self._blender.pose, self._desired)
+            next_pose(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, self._desired)
             row[:] = self._blender.step(*self._poses)
         return made
 
     def _refill(self) -> None:
-        if self._memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:
-            self._rng.random(out=self._memory.uniforms)
-            self._memory.used[0] = 0
+        if self.memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:
+            self._rng.random(out=self.memory.uniforms)
+            self.memory.used[0] = 0
 
 
 def step(state: Player, heard: Heard) -> Floats:

@@ -222,26 +222,27 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 
 @njit
 def observe(
-    sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observation: int, passed_s: float
+    sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, passed_s: Any
 ) -> None:
-    """Make the decisions of an observation (5.2 and 5.3); the shown subunits may be interrupted.
+    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted.
 
     Parameters
     ----------
     pose : (3 + 4 J,) the frame shown last.
-    passed_s : time since the previous observation.
+    observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
     """
-    memory.now[0] = 1 - memory.now[0]
-    memory.observation[0] = observation
-    memory.passed_s[0] = passed_s
-    memory.ended[:] = False
-    for s in range(len(memory.segment)):
-        if rules.by_model:
-            _update(sections, beliefs, memory, s, rules.mode)
-        if rules.at_syllables:
-            _select(sections, rules, beliefs, memory, s, pose, False)
-        else:
-            memory.started[s] = False
+    for k in range(len(observations)):
+        memory.now[0] = 1 - memory.now[0]
+        memory.observation[0] = observations[k]
+        memory.passed_s[0] = passed_s[k]
+        memory.ended[:] = False
+        for s in range(len(memory.segment)):
+            if rules.by_model:
+                _update(sections, beliefs, memory, s, rules.mode)
+            if rules.at_syllables:
+                _select(sections, rules, beliefs, memory, s, pose, False)
+            else:
+                memory.started[s] = False
 
 
 @njit
