@@ -3,6 +3,8 @@
 All share a model and differ in how they select the next subunit.
 """
 
+from typing import Any
+
 from cospeech.synthesis.declaration import System
 
 TABLES = {
@@ -15,8 +17,16 @@ TABLES = {
 }
 """The tables of a model, with their schemas."""
 
+REPORTS = {
+    "decisions": "subunit_decisions",
+    "occurrences": "observation_occurrences",
+    "selections": "subunit_selections",
+    "elapsed": "elapsed_errors",
+}
+"""Tables about the synthesis of a record (see ``report``), with their schemas."""
 
-def _declare(name: str, title: str, method: str, source: str, order: int, **more: str) -> System:
+
+def _declare(name: str, title: str, method: str, source: str, order: int, **more: Any) -> System:
     return System(
         name=name,
         title=title,
@@ -28,12 +38,12 @@ def _declare(name: str, title: str, method: str, source: str, order: int, **more
         settings={"elapsed": "exact", "pose_tolerance_deg": 5.0},
         order=order,
         live=True,
-        **more,  # type: ignore[arg-type]
+        **more,
     )
 
 
 SYSTEMS = (
-    _declare("bodylanguage", "Body language", "proposed", "chapters 2 to 5", 60),
+    _declare("bodylanguage", "Body language", "proposed", "chapters 2 to 5", 60, reports=REPORTS),
     _declare(
         "bodylanguage_random",
         "Random subunits",

@@ -60,6 +60,7 @@ class Player:
     Attributes
     ----------
     listener, sections, beliefs, memory : what has been heard, the packed models, what is believed, what is shown.
+    n_frames : number of frames of motion that have been made.
     """
 
     def __init__(self, model: Model, stream: Stream, seed: int, *, by_model: bool, at_syllables: bool) -> None:
@@ -73,7 +74,7 @@ class Player:
         self._rng = random_source(seed, "bodylanguage", stream.record)
         self.memory = _memory(initial.shape[1], len(self.sections.members), self._rng)
         self._observed_s = 0.0
-        self._n_frames = 0
+        self.n_frames = 0
         n_joints = len(library.body.joints)
         self._desired = np.empty((2, 3 + 4 * n_joints))
         self._poses = [part for row in self._desired for part in (row[:3], row[3:].reshape(n_joints, 4))]
@@ -98,10 +99,10 @@ class Player:
 
     def frames(self, end: int) -> Floats:
         """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""
-        n = end - self._n_frames
+        n = end - self.n_frames
         if n <= 0:
             return self._nothing
-        self._n_frames = end
+        self.n_frames = end
         made = np.empty((n, self._nothing.shape[1]))
         for row in made:
             self._refill()
