@@ -40,6 +40,7 @@ class Sections(NamedTuple):
     Attributes
     ----------
     continuing (S, N), after_start, after (S, N, N), logit (S, N, 2), length_s (S, N) : see ``chain.Chain``.
+    base (S, N, 2), n_more (S, N), successor (S, N, L), more (S, N, L, 2) : see ``forward.Successors``.
     emissions : (S, 37, 2, N) with 1 for the observation ``NONE``.
     members : (M,) subunits sorted by section and cluster. first : (S, N + 1) where the members of each cluster begin.
     cluster : (M,) cluster of each subunit. begin : (M,) its first frame in the library. n_frames : (M,) its length.
@@ -50,6 +51,10 @@ class Sections(NamedTuple):
     continuing: Floats
     after_start: Floats
     after: Floats
+    base: Floats
+    n_more: Integers
+    successor: Integers
+    more: Floats
     logit: Floats
     length_s: Floats
     emissions: Floats
@@ -73,6 +78,7 @@ class Beliefs(NamedTuple):
     start: Floats
     entry: Floats
     elapsed: Floats
+    odds: Floats
     n_entries: Integers
 
 
@@ -161,8 +167,8 @@ def _similar(members: Any, sections: Any, memory: Any, s: int, pose: Any, tolera
 
 @njit
 def _half(beliefs: Any, half: int, s: int) -> Any:
-    start, entry, elapsed, n_entries = beliefs
-    return start[half, s], entry[half, s], elapsed[half, s], n_entries[half, s]
+    start, entry, elapsed, odds, n_entries = beliefs
+    return start[half, s], entry[half, s], elapsed[half, s], odds[half, s], n_entries[half, s]
 
 
 @njit
@@ -170,7 +176,8 @@ def _update(sections: Any, beliefs: Any, memory: Any, s: int, mode: int) -> None
     """Write the belief after the last observation of one section."""
     now = memory.now[0]
     forward.update(
-        sections.continuing[s], sections.after_start[s], sections.after[s],
+        sections.continuing[s],
+        (sections.base[s], sections.n_more[s], sections.successor[s], sections.more[s]),
         sections.emissions[s, memory.observation[0]], sections.logit[s], sections.length_s[s], memory.passed_s[0],
         memory.ended[s], mode, _half(beliefs, 1 - now, s), _half(beliefs, now, s),
     )  # fmt: skip
@@ -221,16 +228,10 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 
 
 @njit
-def observe(
+def _observe(
     sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, passed_s: Any
 ) -> None:
-    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted.
-
-    Parameters
-    ----------
-    pose : (3 + 4 J,) the frame shown last.
-    observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
-    """
+    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted."""
     for k in range(len(observations)):
         memory.now[0] = 1 - memory.now[0]
         memory.observation[0] = observations[k]
@@ -246,15 +247,11 @@ def observe(
 
 
 @njit
-def next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, desired: Any) -> None:
-    """Write the next desired pose, and the pose before it in its recordings.
+def _next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, desired: Any) -> None:
+    """Write the next desired pose, and the pose before it in its recordings, (2, 3 + 4 J).
 
     A subunit that is over between two observations was not expected to be. The last observation is examined again,
     with the evidence that the subunit does not continue (5.4).
-
-    Parameters
-    ----------
-    desired : (2, 3 + 4 J) for the two poses.
     """
     for s in range(len(memory.segment)):
         if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
@@ -273,3 +270,29 @@ def next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, d
                         desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
             if s == len(memory.segment) - 1:
                 desired[row, :3] = sections.root_m[frame]
+
+
+@njit
+def advance(
+    sections: Any,
+    rules: Any,
+    beliefs: Any,
+    memory: Any,
+    pose: Any,
+    observations: Any,
+    passed_s: Any,
+    wanted: bool,
+    desired: Any,
+) -> None:
+    """Make the decisions of observations, and find the next desired pose.
+
+    Parameters
+    ----------
+    pose : (3 + 4 J,) the frame shown last.
+    observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
+    wanted : whether there is a next frame.
+    desired : (2, 3 + 4 J) for the pose and the one before it in its recordings.
+    """
+    _observe(sections, rules, beliefs, memory, pose, observations, passed_s)
+    if wanted:
+        _next_pose(sections, rules, beliefs, memory, pose, desired)
