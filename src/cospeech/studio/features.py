@@ -10,8 +10,7 @@ sampled here:
 - the best lag is the planted one with a standard deviation of 0.17 semitones, but arbitrary in 1.5 % of the voiced
   frames, in 57 % of the unvoiced ones, and in pauses;
 - the gain of a voiced frame is at most 1 minus the ratio of lag to window, that of an unvoiced frame about 0.3 and
-that
-  of a pause about 0.09; a correlation of 0.8 reproduces the measured frame-to-frame differences.
+  that of a pause about 0.09; a correlation of 0.8 reproduces the measured frame-to-frame differences.
 
 Clusters of these features share up to 0.05 more mutual information with the planted patterns than clusters of
 features from the sound, because real noise is not independent from frame to frame.
@@ -26,7 +25,7 @@ from scipy.special import ndtr
 from cospeech.data.arrays import Flags, Floats
 from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
-from cospeech.studio.melody import ROOM_DB, phrase_contours
+from cospeech.studio.melody import ROOM_DB, Contours, phrase_contours
 
 WINDOW_S = 0.05
 """The analysis window used for the measurements."""
@@ -46,7 +45,13 @@ PAUSE_GAIN = np.array([0.05, 0.07, 0.08, 0.09, 0.10, 0.12, 0.20])
 
 
 def features(
-    record: str, prosody: pd.DataFrame, base_hz: float, frame_s: float, voiced_gain: float, seed: int
+    record: str,
+    prosody: pd.DataFrame,
+    base_hz: float,
+    frame_s: float,
+    voiced_gain: float,
+    seed: int,
+    contours: Contours = phrase_contours,
 ) -> pd.DataFrame:
     """Return the simulated prosody features (schema ``prosody``) of one record.
 
@@ -55,11 +60,12 @@ def features(
     prosody : the intonation phrases of the record in the script.
     base_hz : base pitch of the speaker.
     voiced_gain : minimum gain of the frames that the mean lag is computed from (Özkul 2012, 4.2).
+    contours : pitch and intensity of the speech.
     """
     rng = random_source(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
-    pitch_st, intensity_db = phrase_contours(prosody, times_s)
+    pitch_st, intensity_db = contours(prosody, times_s)
     speaks = ~np.isnan(pitch_st)
     voiced = speaks & _voicing(n_frames, rng)
     planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
