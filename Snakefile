@@ -47,15 +47,17 @@ try:
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
-    CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL)
-    configuration.check_systems(config, CHOSEN.systems, BRINGS, CHOSEN.failed())
+    CHOSEN = registered(
+        config["synthesis"]["systems"], VIRTUAL, BRINGS | ({"syllables"} if "audio" in BRINGS else set())
+    )
+    configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
     raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
-    for failure in CHOSEN.failures:
+    for failure in [*CHOSEN.failures, *CHOSEN.left_out]:
         progress.write_line(f"cospeech: {failure.message}")
 
 # The takes that come as films, one of each camera of the rig.

@@ -21,6 +21,9 @@ with job.run(snakemake) as work:
         clusters,
         work.read_each(records, work.input.prosody, "prosody"),
         motions,
+        syllables=work.read_each(records, work.input.syllables, "syllables"),
+        phases=work.read(given["phases"], "phases") if given["phases"] else None,
+        subunits={section: work.read(path, "subunits") for section, path in given["subunits"].items()},
     )
     system = installed(work.wildcards.system)
     made = Session(training, given["shared"], given["own"]).tables(system)

@@ -36,6 +36,9 @@ with job.run(snakemake) as work:
         work.read_each(records, work.input.prosody, "prosody"),
         motions,
         truth,
+        work.read_each(records, work.input.syllables, "syllables"),
+        work.read(given["phases"], "phases") if given["phases"] else None,
+        {section: work.read(path, "subunits") for section, path in given["subunits"].items()},
     )
     session = Session(training, given["shared"], given["own"])
     fps = skeleton.frame_rate(motions[record]) if motions else 0.0

@@ -33,10 +33,11 @@ from cospeech.formats import audio, bvh
 from cospeech.formats import sound as wav
 from cospeech.formats.sound import RATE_HZ
 from cospeech.motion import assembly, skeleton, unit_selection
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
 from cospeech.segmentation import prosody as clustering
 from cospeech.segmentation.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody as measuring
+from cospeech.speech import syllables
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
@@ -282,7 +283,9 @@ def train(
     clusters = clustering.train(list(measured.values()), *setting, used["phrases"]["prosody"], used["seed"])
     clustered = clustering.phrases(clusters.model, measured, frame_s)
     known = Actor(actor, names, frame_s, how["labels"], vocabulary.prosody_labels(setting.clusters))
-    training, _ = fold(known, None, gestures, clustered, measured, motions)
+    training, _ = fold(
+        known, None, gestures, clustered, measured, motions, **_segmented(declared, records, used["segmentation"])
+    )
     shared = {key: value for key, value in used["synthesis"].items() if key != "systems"}
     trained = Session(training, shared, used["synthesis"]["systems"]).trained(declared)
     card = {
@@ -299,6 +302,25 @@ def train(
         "motion_fps": skeleton.frame_rate(records[0].motion),
     }
     return ActorModel(card, declared, trained, gestures_model, clusters.model, gestures, motions)
+
+
+def _segmented(system: System, records: Sequence[Record], how: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the syllables, phases and subunits of records, as far as a system needs them."""
+    found: dict[str, Any] = {}
+    motions = {record.name: record.motion for record in records}
+    if "syllables" in system.needs:
+        silent = [record.name for record in records if record.sound is None]
+        if silent:
+            raise UserError(f"record {silent[0]}: has no sound, in which {system.name} would look for syllables")
+        found["syllables"] = {
+            record.name: syllables.table(record.name, syllables.find(np.asarray(record.sound), RATE_HZ))
+            for record in records
+        }
+    if "phases" in system.needs:
+        found["phases"] = phases.find(motions, how["phases"])
+    if "subunits" in system.needs:
+        found["subunits"] = subunits.find(motions, how["subunits"])
+    return found
 
 
 def load_model(folder: str | Path | None = None) -> ActorModel:
@@ -333,10 +355,10 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
         )
     with naming(system):
         method = method_of(system)
-        trained = Trained(method, method.from_tables({name: read.tables[name] for name in system.tables}))
-    motions = {
-        name.removeprefix("motion~"): table for name, table in read.tables.items() if name.startswith("motion~")
-    }
+        recorded = {name: table for name, table in read.tables.items() if name.startswith("motion~")}
+        own = {name: read.tables[name] for name in system.tables}
+        trained = Trained(method, method.from_tables(own | (recorded if "motion" in system.needs else {})))
+    motions = {name.removeprefix("motion~"): table for name, table in recorded.items()}
     gesture_model, prosody_model = (
         labelled_hmm.from_table(read.tables[name]) for name in ("gesture_model", "prosody_model")
     )
@@ -396,6 +418,7 @@ def synthesize(
         len(table),
         labels=segments.to_labels(clusters),
         prosody=table,
+        syllables=syllables.table(name, syllables.find(samples, RATE_HZ)),
         driving_record=name,
         motion_fps=fps,
         n_motion_frames=n_frames,

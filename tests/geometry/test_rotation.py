@@ -70,3 +70,11 @@ def test_half_turns_are_recovered_as_accurately_as_small_ones():
 def test_how_much_a_matrix_turns():
     matrices = rotation.from_euler("X", np.array([[0.0], [30.0], [-120.0], [180.0]]))
     assert rotation.angles_deg(matrices) == pytest.approx([0.0, 30.0, 120.0, 180.0], abs=1e-9)
+
+
+@given(turns, st.sampled_from([1.0, 1e-6, 0.0]))
+def test_quaternions_are_those_of_scipy_and_come_back(vectors, scale):
+    expected = Rotation.from_rotvec(scale * vectors)
+    found = rotation.to_quaternions(expected.as_matrix().reshape(7, 1, 3, 3))
+    assert found[:, 0] == pytest.approx(expected.as_quat(canonical=True, scalar_first=True), abs=1e-12)
+    assert rotation.from_quaternions(found)[:, 0] == pytest.approx(expected.as_matrix(), abs=1e-12)

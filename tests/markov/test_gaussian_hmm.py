@@ -74,6 +74,48 @@ def test_equals_hmmlearn():
         np.testing.assert_allclose(new.initial, peer.startprob_, atol=2e-6 * states)
 
 
+def test_the_first_model_is_that_of_the_nearest_centres():
+    """Of clusters far apart, the first model has their means, covariances and transitions, each counted from one."""
+    rng = np.random.default_rng(8)
+    centres = np.array([[-20.0, 3.0], [5.0, -4.0], [30.0, 30.0]])
+    labels = rng.integers(3, size=300)
+    frames = centres[labels] + rng.normal(0, [1.0, 0.5], (300, 2))
+    sequences = [frames[:100], frames[100:]]
+    model = gaussian_hmm.start(sequences, 3, FLOOR, rng)
+    order = [int(np.argmin(((model.mean - centre) ** 2).sum(axis=1))) for centre in centres]
+    counts = np.ones((3, 3))
+    for part in (labels[:100], labels[100:]):
+        for before, after in pairwise(part):
+            counts[before, after] += 1
+    np.testing.assert_allclose(model.transitions[np.ix_(order, order)], counts / counts.sum(axis=1)[:, None])
+    begun = 1.0 + np.bincount(labels[[0, 100]], minlength=3)
+    np.testing.assert_allclose(model.initial[order], begun / begun.sum())
+    for i, state in enumerate(order):
+        np.testing.assert_allclose(model.mean[state], frames[labels == i].mean(axis=0))
+        np.testing.assert_allclose(model.covariance[state], np.cov(frames[labels == i].T, bias=True))
+
+
+def test_states_without_a_frame_start_with_the_variance_of_all_frames():
+    frames = np.array([[1.0, 10.0]] * 4 + [[3.0, 50.0]] * 4)  # two places for four states
+    model = gaussian_hmm.start([frames], 4, FLOOR, np.random.default_rng(9))
+    variances = sorted(np.diag(one).tolist() for one in model.covariance)
+    np.testing.assert_allclose(variances, [FLOOR.tolist()] * 2 + [[1.0, 400.0]] * 2)
+
+
+def test_training_stops_when_the_gain_per_frame_falls_below_the_tolerance():
+    rng = np.random.default_rng(10)
+    frames = rng.normal(size=(200, 2))  # without any structure, the gains are small and fall slowly
+    model = gaussian_hmm.start([frames], 3, FLOOR, rng)
+    everything = gaussian_hmm.fit(model, [frames], FLOOR, 20).log_likelihoods
+    gains = np.diff(everything) / len(frames)
+    assert (gains > 0).all()
+    for stop in range(len(gains)):
+        smallest = gains[: stop + 1].min()
+        if smallest < gains[:stop].min(initial=np.inf):
+            fit = gaussian_hmm.fit(model, [frames], FLOOR, 20, tolerance=smallest * (1 + 1e-9))
+            np.testing.assert_allclose(fit.log_likelihoods, everything[: stop + 2])
+
+
 def test_likelihood_rises_with_every_update_even_at_the_floor():
     rng = np.random.default_rng(4)
     reached = 0

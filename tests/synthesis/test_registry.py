@@ -171,6 +171,21 @@ def test_a_package_that_is_not_chosen_changes_nothing(packages):
     assert registered(ALL, virtual=True) == before
 
 
+def test_a_system_is_left_out_where_the_records_lack_what_it_needs(packages):
+    """The default configuration names all systems, and has to work with gestures without motion, or without sound."""
+    packages.install_toy()
+    packages.install("counts", package_of("declare('counts', needs=('syllables',))"))
+    chosen = ALL | {"toy_lift": {}, "counts": {}}
+    found = registered(chosen, True, {"gestures", "prosody"})
+    assert found.systems == registered(ALL, virtual=True).systems
+    assert {failure.system: failure.message for failure in found.left_out} == {
+        "counts": "system 'counts' is left out: it needs syllables, and the records bring no sound",
+        "toy_lift": "system 'toy_lift' is left out: it works with motion, and the records bring only gesture phrases",
+    }
+    assert registered(chosen, virtual=True).left_out == []
+    assert set(registered(chosen, True, {"motion"}).systems) & {"toy_lift", "counts"} == {"toy_lift"}
+
+
 BROKEN = {
     "import_error": ("import a_library_that_is_missing", "ModuleNotFoundError: No module named 'a_library_"),
     "exit": ("raise SystemExit(3)", "SystemExit: 3"),

@@ -10,6 +10,7 @@ from coupled_actor import FRAME_S
 from hypothesis import given
 from hypothesis import strategies as st
 from one_fold import HELD_OUT, SEED, SHARED, all_systems
+from scipy.spatial.transform import Rotation
 
 from cospeech.data import segments, tables
 from cospeech.data.vocabulary import GESTURES
@@ -250,6 +251,30 @@ def test_frames_of_live_speech_carry_what_the_record_has(one_fold):
     assert [one.label for one in heard] == speech.labels.tolist()
     if speech.prosody is not None:
         assert [one.features["intensity"] for one in heard] == speech.prosody["intensity"].tolist()
+
+
+def test_syllables_are_heard_with_the_frame_at_whose_end_they_are_known(one_fold):
+    speech = one_fold.driving().speeches(all_systems()["hsmm"])[0]
+    known_s = np.array([0.0, 0.0249, 0.025, 0.0251, 3 * 0.025, 0.1 + 1e-12, 1e6])
+    table = pd.DataFrame(
+        {"record": "r1", "syllable": np.arange(7), "known_s": known_s, "f0_hz": [np.nan] + [100.0] * 6}
+    )
+    heard = list(live.frames(replace(speech, syllables=table)))
+    frames = {int(row["syllable"]): one.frame for one in heard for row in one.syllables}
+    assert frames == {0: 0, 1: 0, 2: 0, 3: 1, 4: 2, 5: 3, 6: speech.n_frames - 1}
+    assert np.isnan(heard[0].syllables[0]["f0_hz"])
+    assert heard[0].syllables[1] == {"syllable": 1.0, "known_s": 0.0249, "f0_hz": 100.0}
+
+
+def test_poses_that_a_live_system_makes_become_a_motion_table():
+    rng = np.random.default_rng(3)
+    angles = np.cumsum(rng.normal(size=(40, len(skeleton.JOINTS), 3)), axis=0)
+    turns = Rotation.from_matrix(skeleton.rotations(angles).reshape(-1, 3, 3))
+    poses = turns.as_quat(scalar_first=True).reshape(40, -1) * rng.choice([-1.0, 1.0], (40, 1))
+    root = rng.normal(size=(40, 3))
+    rows = np.hstack([root, poses])
+    made = live.motion_table([rows[:15], rows[15:16], rows[16:]], 20.0)
+    pd.testing.assert_frame_equal(made, skeleton.motion_table(root, angles, 20.0), atol=1e-9)
 
 
 FAILING = """

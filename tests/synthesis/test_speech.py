@@ -175,3 +175,53 @@ def test_frame_labels_need_segments_without_gaps():
     assert frame_labels(table)["a"].tolist() == ["p1", "p1", "p2", "p1"]
     with pytest.raises(UserError, match="prosody segments of record a"):
         frame_labels(table.drop(index=1))
+
+
+def syllables_at(peaks_s, record="a", length_s=0.1):
+    """Syllables around these peaks, known 0.15 s after them."""
+    peaks = np.asarray(peaks_s, dtype=float)
+    return pd.DataFrame(
+        {
+            "record": record,
+            "syllable": np.arange(len(peaks)),
+            "start_s": peaks - length_s / 2,
+            "peak_s": peaks,
+            "end_s": peaks + length_s / 2,
+            "known_s": peaks + 0.15,
+            "intensity_db": -20.0 - np.arange(len(peaks)),
+        }
+    )
+
+
+def test_own_syllables_stay_where_they_are():
+    own = syllables_at([0.1, 0.4, 1.01])  # the last one peaks after the last whole frame
+    every = Streams({"a": streams(a=40).labels["a"]}, syllables={"a": own})
+    pd.testing.assert_frame_equal(of_draws(every, "a")[0].syllables, own)
+
+
+@pytest.mark.parametrize("drive", ["shuffled", "shifted"])
+@pytest.mark.parametrize("seed", range(5))
+def test_syllables_move_with_the_frames_in_which_they_peak(drive, seed):
+    """A syllable of the source that peaks in a frame peaks in each frame of the record which that frame drives."""
+    rng = np.random.default_rng(seed)
+    n = {"a": 400, "b": 500, "c": 300}
+    tables = {
+        name: syllables_at(np.sort(rng.uniform(0.05, k * FRAME_S - 0.01, k // 10)), name) for name, k in n.items()
+    }
+    every = Streams(streams(**n).labels, streams(**n).prosody, syllables=tables)
+    for speech in of_draws(every, "a", drive, seed, draws=3):
+        source = tables[speech.driving_record]
+        frames = (speech.prosody["intensity"].to_numpy() % 1000).astype(int)
+        at = dict(iter(source.groupby((source["peak_s"] // FRAME_S).astype(int))))
+        moved = speech.syllables
+        assert set(moved["record"]) == {"a"}
+        assert moved["syllable"].tolist() == list(range(len(moved)))
+        own = moved.groupby(((moved["peak_s"] + 1e-9) // FRAME_S).astype(int))
+        heard = {frame: rows["intensity_db"].tolist() for frame, rows in own if frame < len(frames)}
+        wanted = {k: at[frame]["intensity_db"].tolist() for k, frame in enumerate(frames) if frame in at}
+        assert heard == wanted
+        inside = moved[(moved["start_s"] > 0) & (moved["end_s"] < n["a"] * FRAME_S)]
+        assert (inside["start_s"] <= inside["peak_s"]).all()
+        assert (inside["peak_s"] <= inside["end_s"]).all()
+        np.testing.assert_allclose(inside["known_s"] - inside["peak_s"], 0.15)
+        assert ((moved["end_s"] - moved["start_s"]) < 0.1 + 1e-9).all()

@@ -49,6 +49,18 @@ def test_frames_and_labels_are_those_of_the_actor(actor):
     assert (training.labels, training.symbols) == (GESTURES, tuple(PATTERNS))
 
 
+def test_phases_and_subunits_are_split_by_record_and_leave_out_the_held_out_one(actor):
+    records = list(ACTOR.records)
+    phases = pd.DataFrame({"record": np.repeat(records, 3), "phase": np.tile(np.arange(3), len(records))})
+    tables = {name: pd.DataFrame({"record": [name], "syllable": [0]}) for name in records}
+    subunits = {section: phases.assign(section=section) for section in ("head", "arms")}
+    training, streams = fold(ACTOR, "r1", *actor, syllables=tables, phases=phases, subunits=subunits)
+    assert list(training.phases) == list(training.syllables) == list(training.subunits) == ["r0", "r2", "r3"]
+    assert list(streams.syllables) == records
+    assert training.phases["r2"]["record"].tolist() == ["r2"] * 3
+    assert training.subunits["r3"]["arms"][["record", "section"]].to_numpy().tolist() == [["r3", "arms"]] * 3
+
+
 def test_tables_of_other_records_stay_with_the_speech(actor):
     tables = prosody_tables(ACTOR.records)
     training, streams = fold(ACTOR, "r1", *actor, tables)

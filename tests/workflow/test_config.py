@@ -396,19 +396,18 @@ SYSTEMS = {
 
 
 @pytest.mark.parametrize(
-    ("animated", "shown", "systems", "brings", "complaint"),
+    ("animated", "shown", "systems", "complaint"),
     [
-        (["listens", "draws"], "clock", SYSTEMS, {"motion"}, "animation.video.shown: 'clock' is not in animation"),
-        (["listens", "drws"], "listens", SYSTEMS, {"motion"}, "animation.systems: 'drws' is not among the systems"),
-        (["listens"], "listens", SYSTEMS, {"motion"}, "animation.systems must contain a control"),
-        (["draws"], "draws", {"draws": SYSTEMS["draws"]}, {"motion"}, "chooses no system that listens to speech"),
-        (["listens", "draws"], "listens", SYSTEMS, {"gestures"}, "'moves' makes motion, but the records bring none"),
+        (["listens", "draws"], "clock", SYSTEMS, "animation.video.shown: 'clock' is not in animation"),
+        (["listens", "drws"], "listens", SYSTEMS, "animation.systems: 'drws' is not among the systems"),
+        (["listens"], "listens", SYSTEMS, "animation.systems must contain a control"),
+        (["draws"], "draws", {"draws": SYSTEMS["draws"]}, "chooses no system that listens to speech"),
     ],
 )
-def test_what_is_shown_is_among_the_systems(animated, shown, systems, brings, complaint):
+def test_what_is_shown_is_among_the_systems(animated, shown, systems, complaint):
     config = changed(animation__systems=animated, animation__video__shown=shown)
     with pytest.raises(UserError, match=re.escape(complaint)):
-        configuration.check_systems(config, systems, frozenset(brings))
+        configuration.check_systems(config, systems)
 
 
 def test_only_a_gesture_model_needs_the_class_rest():
@@ -421,15 +420,15 @@ def test_only_a_gesture_model_needs_the_class_rest():
 
 def test_what_makes_motion_need_not_be_named_to_be_shown():
     config = changed(animation__systems=["draws"], animation__video__shown=["moves"])
-    configuration.check_systems(config, SYSTEMS, frozenset({"motion"}))
+    configuration.check_systems(config, SYSTEMS)
 
 
 def test_what_could_not_be_loaded_can_be_named_and_is_not_missed():
     config = changed(animation__systems=["listens", "draws", "lost"], animation__video__shown=["lost", "moves"])
-    configuration.check_systems(config, SYSTEMS, frozenset({"motion"}), {"lost"})
+    configuration.check_systems(config, SYSTEMS, {"lost"})
     config = changed(animation__systems=["listens", "lost"], animation__video__shown="listens")
     with pytest.raises(UserError, match="must contain a control"):
-        configuration.check_systems(config, SYSTEMS, frozenset({"motion"}), {"lost"})
+        configuration.check_systems(config, SYSTEMS, {"lost"})
 
 
 def test_transplants_name_actors_and_records():

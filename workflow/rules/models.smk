@@ -22,17 +22,33 @@ def gestures_of_model(wildcards):
     return expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=records)
 
 
+def place_of_model(wildcards):
+    """The name of the files that were learnt from the records that a model is trained on."""
+    actor, _, held_out = trained_on(wildcards)
+    return f"fold~{held_out}" if held_out else f"actor~{actor}"
+
+
 def gesture_model(wildcards):
     """The model that finds gesture phrases in motion."""
-    actor, _, held_out = trained_on(wildcards)
-    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
-    return f"{RESULTS}/phrases/gesture/{place}/model.parquet"
+    return f"{RESULTS}/phrases/gesture/{place_of_model(wildcards)}/model.parquet"
+
+
+def segmented(need, paths):
+    """The phases or subunits that a model learns from, where its system needs them.
+
+    The job that trains the model of the gesture phrases, which is an input, writes them.
+    """
+
+    def of_model(wildcards):
+        needs = need in SYSTEMS[wildcards.system].needs
+        return paths(place_of_model(wildcards)) if needs else {}
+
+    return of_model
 
 
 def clusters_of_model(wildcards):
     """The segments of the prosody clusters that a model listens to; the clusters' own model lies next to them."""
-    actor, _, held_out = trained_on(wildcards)
-    place = f"fold~{held_out}" if held_out else f"actor~{actor}"
+    place = place_of_model(wildcards)
     return f"{RESULTS}/phrases/prosody/{VARIANTS[wildcards.variant].path}/{place}/segments.parquet"
 
 
@@ -78,6 +94,7 @@ if BRINGS >= {"motion", "audio"}:
             clusters=clusters_of_model,
             motions=for_model(f"{RESULTS}/motion/{{record}}.parquet"),
             prosody=for_model(f"{RESULTS}/speech/{{record}}/prosody.parquet", "prosody"),
+            syllables=for_model(f"{RESULTS}/speech/{{record}}/syllables.parquet", "syllables"),
         output:
             folder=directory(f"{RESULTS}/models/{{system}}/{{variant}}/{{trained}}"),
         wildcard_constraints:
@@ -88,6 +105,8 @@ if BRINGS >= {"motion", "audio"}:
             records=lambda wildcards: trained_on(wildcards)[1],
             held_out=lambda wildcards: trained_on(wildcards)[2],
             order=lambda wildcards: records_of(trained_on(wildcards)[0]),
+            phases=segmented("phases", phases_of),
+            subunits=segmented("subunits", subunits_of),
             symbols=lambda wildcards: list(prosody_labels(VARIANTS[wildcards.variant].clusters)),
             labels=config["phrases"]["gesture"]["labels"],
             shared=SHARED_SETTINGS,

@@ -3,7 +3,18 @@
 # Phases and subunits are written by the jobs that find gesture phrases. They are not declared as outputs; rules that
 # read them depend on the phrases.
 SEGMENTATION = {"folder": f"{RESULTS}/segmentation", "segmentation": config["segmentation"]}
-TABLES = {"phases": "phases", **{f"subunits/{section}": "subunits" for section in ("head", "arms", "legs")}}
+SECTIONS = ("head", "arms", "legs")
+TABLES = {"phases": "phases", **{f"subunits/{section}": "subunits" for section in SECTIONS}}
+
+
+def phases_of(place):
+    """The gesture phases of the records that a fold, or the model of an actor, learns from."""
+    return f"{SEGMENTATION['folder']}/phases/{place}.parquet"
+
+
+def subunits_of(place):
+    """Their gesture subunits by body section."""
+    return {section: f"{SEGMENTATION['folder']}/subunits/{section}/{place}.parquet" for section in SECTIONS}
 
 
 def clusters_of_fold(setting):
@@ -89,6 +100,11 @@ def training_of_fold(wildcards):
     """The records whose prosody a fold learns from."""
     strict = config["phrases"]["folds"] == "strict"
     return others(wildcards.record) if strict else records_of_fold(wildcards)
+
+
+def syllables_of_fold(wildcards):
+    """The syllables of these records."""
+    return expand(f"{RESULTS}/speech/{{record}}/syllables.parquet", record=records_of_fold(wildcards))
 
 
 rule prosody_clusters:

@@ -37,6 +37,11 @@ def motions_of_fold(wildcards):
     return expand(f"{RESULTS}/motion/{{record}}.parquet", record=records_of_fold(wildcards))
 
 
+def subunits_of_fold(wildcards):
+    """The gesture subunits of the records that a fold may learn from."""
+    return subunits_of(f"fold~{wildcards.record}")
+
+
 # The tables of the process that the virtual studio planted.
 PLANTED_TABLES = ["initial", "transitions", "emissions", "durations"]
 
@@ -47,6 +52,7 @@ def inputs_of(systems):
         "gestures": training_gestures,
         "clusters": clusters_of_fold(MAIN),
         "prosody": prosody_of_fold if needed(systems, "prosody") else [],
+        "syllables": syllables_of_fold if needed(systems, "syllables") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
         # One table represents everything that was planted, as one job writes it all.
         "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
@@ -61,6 +67,9 @@ def params_of(systems, apart):
         "places": {system: place_of(system) for system in systems},
         "tables": model_tables(systems),
         "planted": PLANTED_TABLES if needed(systems, "truth") else [],
+        # Written by the job that finds the gesture phrases of the fold, which is an input.
+        "phases": phases_of("fold~{record}") if needed(systems, "phases") else "",
+        "subunits": subunits_of_fold if needed(systems, "subunits") else {},
         "shared": SHARED_SETTINGS,
         "own": own_settings(systems),
         "labels": config["phrases"]["gesture"]["labels"],

@@ -68,14 +68,31 @@ def from_vectors(turns: Floats) -> Floats:
     return np.eye(3) + np.sinc(angle / np.pi) * cross + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (cross @ cross)
 
 
-def to_vectors(matrices: Floats) -> Floats:
-    """Return the rotation vectors (..., 3) in radians, of length at most pi, of matrices (..., 3, 3).
+def to_quaternions(matrices: Floats) -> Floats:
+    """Return the unit quaternions (..., 4), w, x, y, z with w >= 0, of matrices (..., 3, 3).
 
-    The matrices are converted to quaternions first, by that of the four formulas which divides by the largest number
-    (S. W. Shepperd, Journal of Guidance and Control 1, 1978).
+    That of the four formulas is used which divides by the largest number (S. W. Shepperd, Journal of Guidance and
+    Control 1, 1978).
     """
-    matrices = np.asarray(matrices, dtype=float)
-    flat = matrices.reshape(-1, 3, 3)
+    vector, scalar = _quaternions(np.asarray(matrices, dtype=float).reshape(-1, 3, 3))
+    whole = np.column_stack([scalar, vector])
+    whole /= np.linalg.norm(whole, axis=1, keepdims=True)
+    return whole.reshape(*np.shape(matrices)[:-2], 4)
+
+
+def from_quaternions(quaternions: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) of unit quaternions (..., 4) w, x, y, z."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _quaternions(flat: Floats) -> tuple[Floats, Floats]:
+    """Return the vector (n, 3) and scalar (n,) parts of quaternions of matrices (n, 3, 3), not normalised."""
     diagonal = np.diagonal(flat, axis1=1, axis2=2)
     trace = diagonal.sum(axis=1)
     largest = np.column_stack([diagonal, trace]).argmax(axis=1)
@@ -92,12 +109,18 @@ def to_vectors(matrices: Floats) -> Floats:
     skew = [m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]]
     quaternions[rows] = np.column_stack([*skew, 1.0 + trace[rows]])
     quaternions *= np.where(quaternions[:, 3:] < 0, -1.0, 1.0)
-    sine = np.linalg.norm(quaternions[:, :3], axis=1)
-    angle = 2.0 * np.arctan2(sine, quaternions[:, 3])
+    return quaternions[:, :3], quaternions[:, 3]
+
+
+def to_vectors(matrices: Floats) -> Floats:
+    """Return the rotation vectors (..., 3) in radians, of length at most pi, of matrices (..., 3, 3)."""
+    vector, scalar = _quaternions(np.asarray(matrices, dtype=float).reshape(-1, 3, 3))
+    sine = np.linalg.norm(vector, axis=1)
+    angle = 2.0 * np.arctan2(sine, scalar)
     # The vector part has the length of sin(angle / 2) times the norm of the quaternion.
-    length = np.hypot(sine, quaternions[:, 3])
+    length = np.hypot(sine, scalar)
     scale = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / length)
-    return (scale[:, None] * quaternions[:, :3]).reshape(matrices.shape[:-1])
+    return (scale[:, None] * vector).reshape(np.shape(matrices)[:-1])
 
 
 def angles_deg(matrices: Floats) -> Floats:

@@ -1,1 +1,1 @@
-"""The body and its motion: skeleton, markers, Euler angles, unit selection, assembly and smoothing."""
+"""The body and its motion: skeleton, markers, Euler angles, motion libraries, unit selection, assembly, blending."""

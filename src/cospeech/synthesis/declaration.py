@@ -13,10 +13,13 @@ from typing import Any, Literal, get_args
 
 Role = Literal["system", "control", "ceiling"]
 Drive = Literal["own", "shuffled", "shifted"]
-Need = Literal["gestures", "prosody_labels", "prosody", "motion", "truth"]
+Need = Literal["gestures", "prosody_labels", "prosody", "syllables", "motion", "phases", "subunits", "truth"]
 Output = Literal["phrases", "motion"]
 
 ROLES: tuple[Role, ...] = get_args(Role)
+SPEECH: tuple[Need, ...] = ("prosody_labels", "prosody", "syllables")
+"""The kinds of speech that can drive a system."""
+
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 ORIGINAL = "original"
 """The name of the actor's own motion in tables of results."""
@@ -59,7 +62,9 @@ class System:
         ``ceiling`` knows what no system can know.
     needs : what it learns from and what drives it. ``gestures``: the gesture phrases of the training records;
         ``prosody_labels``: the prosody cluster of every frame; ``prosody``: the prosody features of every frame;
-        ``motion``: the joint angles of the training records; ``truth``: what the virtual studio planted.
+        ``syllables``: the syllables with their pitch, intensity and length; ``motion``: the joint angles of the
+        training records; ``phases``: their gesture phases; ``subunits``: their gesture subunits of head, arms and
+        legs; ``truth``: what the virtual studio planted.
     makes : ``phrases``, which unit selection turns into motion, or ``motion``, which the actor's gesture model
         segments into phrases.
     shares : name of the system whose trained model it uses, if that is not its own.
@@ -116,10 +121,10 @@ class System:
         for need in self.needs:
             if need not in get_args(Need):
                 raise DeclarationError(f"declares that it needs {need!r}; known are {', '.join(get_args(Need))}")
-        if self.role == "system" and not {"prosody_labels", "prosody"} & set(self.needs):
+        if self.role == "system" and not set(SPEECH) & set(self.needs):
             raise DeclarationError(
-                "declares the role 'system', but needs neither 'prosody_labels' nor 'prosody': no speech would drive "
-                "it; declare one of them, or the role 'control'"
+                f"declares the role 'system', but needs none of {', '.join(map(repr, SPEECH))}: no speech would "
+                "drive it; declare one of them, or the role 'control'"
             )
         for table, schema in self.tables.items():
             if table in RESERVED:

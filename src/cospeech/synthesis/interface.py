@@ -49,6 +49,9 @@ class Training:
     speech : (T,) prosody label of every frame, of each record.
     prosody : prosody table of each record.
     motions : motion table of each record, at its own rate.
+    syllables : syllable table of each record.
+    phases : table of the gesture phases of each record.
+    subunits : tables of the gesture subunits of each record, by body section: head, arms and legs.
     order : names of all records of the actor in the order of the corpus, including the held-out one.
     planted : the ground truth of the virtual studio.
     """
@@ -61,6 +64,9 @@ class Training:
     speech: Mapping[str, Labels]
     prosody: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     motions: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    syllables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    phases: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    subunits: Mapping[str, Mapping[str, pd.DataFrame]] = field(default_factory=dict)
     order: tuple[str, ...] = ()
     planted: Planted | None = None
 
@@ -76,6 +82,7 @@ class Speech:
     n_frames : length of the record in prosody frames.
     labels : (T,) prosody label of every frame; empty if the system needs none.
     prosody : prosody table of T rows, or None. Its times are those of the record, whatever record drives it.
+    syllables : syllable table, or None. Its times are those of the record, too.
     planted : (T,) planted prosody label of every frame, or None.
     driving_record : the record that the speech comes from.
     shift_s : circular shift of the interior of the driving record (see ``speech.sources``).
@@ -88,6 +95,7 @@ class Speech:
     n_frames: int
     labels: Labels = field(default_factory=lambda: np.empty(0, dtype=object))
     prosody: pd.DataFrame | None = None
+    syllables: pd.DataFrame | None = None
     planted: Labels | None = None
     driving_record: str = ""
     shift_s: float = 0.0
@@ -127,7 +135,11 @@ class Method(Protocol):
         """Return the model as tables, with the names that the declaration lists."""
 
     def from_tables(self, tables: Mapping[str, pd.DataFrame]) -> Model:
-        """Return the model that ``to_tables`` converted, without loss."""
+        """Return the model that ``to_tables`` converted, without loss.
+
+        A system that needs motion gets the motion table of each training record as well, as ``motion~<record>``: they
+        are stored once, next to the model, and need not be among its tables.
+        """
 
 
 def decoding(speech: Speech, **values: Any) -> pd.DataFrame:

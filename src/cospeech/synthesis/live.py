@@ -5,17 +5,28 @@ Their synthesis of a whole record is a loop over the same steps, so live and off
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data.arrays import Floats
+from cospeech.motion import library
 from cospeech.synthesis.declaration import Output
 from cospeech.synthesis.interface import Model, Speech, Synthesis, decoding, phrases_of
 
 State = Any
 """What a live system remembers; only its method looks inside, and changes it."""
+
+Made = pd.DataFrame | Floats
+"""What a step makes: rows of a table, or poses as an array, which is much faster.
+
+A system that makes phrases returns rows with the columns ``start_frame`` and ``label``. One that makes motion returns
+the next frames of the motion table, or their poses (n, 3 + 4 J): the position of the root in metres, then a unit
+quaternion (w, x, y, z) per joint, which rotates the body part in the frame of its parent.
+"""
 
 
 class Stream(NamedTuple):
@@ -34,12 +45,15 @@ class Heard(NamedTuple):
     frame : counts from 0. time_s : centre of the frame.
     label : its prosody label; empty if the system needs none.
     features : its prosody features by name; empty if the system needs none.
+    syllables : the syllables that become known with this frame, usually none: the numbers of their rows in the
+        syllable table by name, NaN where the table has null.
     """
 
     frame: int
     time_s: float
     label: str
     features: Mapping[str, float]
+    syllables: tuple[Mapping[str, float], ...] = ()
 
 
 class LiveMethod(Protocol):
@@ -48,14 +62,10 @@ class LiveMethod(Protocol):
     def start(self, model: Model, stream: Stream, seed: int) -> State:
         """Return the state before anything is heard."""
 
-    def step(self, state: State, heard: Heard) -> pd.DataFrame:
-        """Return what became certain with this frame, possibly no row.
+    def step(self, state: State, heard: Heard) -> Made:
+        """Return what became certain with this frame, possibly no row: the next phrases, or frames of motion."""
 
-        These are the next frames of the motion table (a system that makes motion), or the next phrases with the
-        columns ``start_frame`` and ``label`` (a system that makes phrases).
-        """
-
-    def end(self, state: State, speech: Speech) -> pd.DataFrame:
+    def end(self, state: State, speech: Speech) -> Made:
         """Return what is still missing when the speech ends; of ``speech``, only the lengths may be used."""
 
 
@@ -63,18 +73,53 @@ def frames(speech: Speech) -> Iterator[Heard]:
     """Yield the prosody frames of a whole record, one after another."""
     names = [] if speech.prosody is None else [name for name in speech.prosody.columns if name != "frame"]
     values = np.empty((speech.n_frames, 0)) if speech.prosody is None else speech.prosody[names].to_numpy(dtype=float)
+    known = by_frame(speech)
     for frame in range(speech.n_frames):
         label = str(speech.labels[frame]) if len(speech.labels) else ""
         features = dict(zip(names, values[frame].tolist(), strict=True))
-        yield Heard(frame, (frame + 0.5) * speech.frame_s, label, features)
+        yield Heard(frame, (frame + 0.5) * speech.frame_s, label, features, tuple(known.get(frame, ())))
+
+
+def by_frame(speech: Speech) -> dict[int, list[dict[str, float]]]:
+    """Return the syllables that become known with each prosody frame: the one during which, or at whose end, they do.
+
+    Those that become known when the speech ends, after its last whole frame, are known with its last frame.
+    """
+    known: dict[int, list[dict[str, float]]] = {}
+    if speech.syllables is None:
+        return known
+    numbers = speech.syllables.select_dtypes("number").astype(float)
+    at = frame_known(numbers["known_s"].to_numpy(), speech.frame_s)
+    for frame, row in zip(at.tolist(), numbers.to_numpy().tolist(), strict=True):
+        heard = dict(zip(numbers.columns, row, strict=True))
+        known.setdefault(min(frame, speech.n_frames - 1), []).append(heard)
+    return known
+
+
+def frame_known(known_s: Floats, frame_s: float) -> npt.NDArray[np.int64]:
+    """Return the prosody frame with which syllables become known at times ``known_s`` (n,) in seconds.
+
+    A live listener that has heard a frame to its end knows what becomes known by then.
+    """
+    return np.maximum(np.ceil(known_s / frame_s - 1e-6).astype(np.int64) - 1, 0)
 
 
 def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, seed: int) -> Synthesis:
     """Return what a live system makes of a whole record: all its steps, one after another, and its end."""
     state = method.start(model, Stream(speech.record, speech.frame_s, speech.motion_fps), seed)
-    parts = [method.step(state, heard) for heard in frames(speech)]
-    made = pd.concat([*parts, method.end(state, speech)], ignore_index=True)
+    steps = [method.step(state, heard) for heard in frames(speech)]
+    parts = [part for part in (*steps, method.end(state, speech)) if len(part)]
     row = decoding(speech, driving_record=speech.driving_record, shift_s=speech.shift_s)
     if makes == "phrases":
+        made = pd.concat([pd.DataFrame(part) for part in parts], ignore_index=True)
         return Synthesis(row, phrases=phrases_of(speech, made["start_frame"], made["label"]))
-    return Synthesis(row, motion=made)
+    return Synthesis(row, motion=motion_table(parts, speech.motion_fps))
+
+
+def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:
+    """Return the motion table of frames that were made one after another, as tables or as poses."""
+    tables = [part for part in parts if isinstance(part, pd.DataFrame)]
+    if len(tables) == len(parts):
+        return pd.concat(tables, ignore_index=True)
+    rows = np.concatenate([np.asarray(part) for part in parts])
+    return library.to_motion(library.Poses.from_frames(rows), fps)

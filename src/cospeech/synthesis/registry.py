@@ -7,7 +7,7 @@ package is installed, the system is named in the configuration (``synthesis.syst
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple
 
@@ -16,6 +16,8 @@ from cospeech.synthesis.declaration import ROLES, WRONG_SPEECH, DeclarationError
 
 GROUP = "cospeech.systems"
 HOME = "cospeech"
+OFFERED = frozenset({"motion", "syllables"})
+"""What records can bring that systems need, and that other records lack."""
 
 
 class Failure(NamedTuple):
@@ -33,11 +35,13 @@ class Registered(NamedTuple):
     systems : by name; systems first, then their matched controls, other controls and ceilings.
     origins : the package of each system that is not part of cospeech.
     failures : the systems that could not be loaded.
+    left_out : the systems that need what the records do not bring.
     """
 
     systems: dict[str, System]
     origins: dict[str, str]
     failures: list[Failure]
+    left_out: list[Failure]
 
     def apart(self, name: str) -> bool:
         """Return whether a system belongs to another package, and therefore runs in a process of its own."""
@@ -58,7 +62,7 @@ class _Loaded(NamedTuple):
     error: str | None
 
 
-def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
+def registered(chosen: Mapping[str, Any], virtual: bool, offered: Collection[str] = OFFERED) -> Registered:
     """Return the systems that a configuration chooses.
 
     A system of another package that cannot be loaded is among the failures, and the others run without it.
@@ -66,7 +70,8 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
     Parameters
     ----------
     chosen : ``synthesis.systems`` of the configuration: settings of each system by name, or False to leave it out.
-    virtual : whether the corpus has a planted truth.
+    virtual : whether the corpus has a planted truth. Systems that need it are left out where there is none.
+    offered : what the records bring. Systems that need something else are left out, too.
 
     Raises
     ------
@@ -106,7 +111,9 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
         failures[name] = _cannot_load(name, broken)
     for name, system in found.items():
         settings_of(system, chosen[name])
-    usable = [system for system in found.values() if virtual or "truth" not in system.needs]
+    possible = [system for system in found.values() if virtual or "truth" not in system.needs]
+    missing = {system.name: lack for system in possible if (lack := _lack(system, offered))}
+    usable = [system for system in possible if system.name not in missing]
     ordered = sorted(
         usable, key=lambda system: (ROLES.index(system.role), system.name in origins, system.order, system.name)
     )
@@ -117,7 +124,18 @@ def registered(chosen: Mapping[str, Any], virtual: bool) -> Registered:
         {system.name: system for system in driven + controls + rest},
         origins,
         [Failure(name, message) for name, message in failures.items()],
+        [Failure(name, message) for name, message in missing.items()],
     )
+
+
+def _lack(system: System, offered: Collection[str]) -> str | None:
+    """Return why a system cannot run on records that bring only what is ``offered``, or None."""
+    body = {"motion", "phases", "subunits"} & set(system.needs) or system.makes == "motion"
+    if body and "motion" not in offered:
+        return f"system '{system.name}' is left out: it works with motion, and the records bring only gesture phrases"
+    if "syllables" in system.needs and "syllables" not in offered:
+        return f"system '{system.name}' is left out: it needs syllables, and the records bring no sound"
+    return None
 
 
 def installed(name: str) -> System:

@@ -23,11 +23,13 @@ class Streams:
     Attributes
     ----------
     labels : (T,) prosody labels. prosody : prosody tables of T rows. planted : (T,) planted prosody labels.
+    syllables : syllable tables.
     """
 
     labels: Mapping[str, Labels]
     prosody: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     planted: Mapping[str, Labels] = field(default_factory=dict)
+    syllables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     def n_frames(self, record: str) -> int:
         """Return the length of a record."""
@@ -158,6 +160,40 @@ def _speech(streams: Streams, source: Source, silent: Speech, drive: Drive) -> S
         if drive != "own":  # the rows come from elsewhere, but their times are those of the record
             table["frame"], table["time_s"] = np.arange(len(table)), segments.frame_times(len(table), 1 / frame_s)
         speech = replace(speech, prosody=table)
+    if name in streams.syllables:
+        moved = moved_syllables(streams.syllables[name], frames, frame_s)
+        speech = replace(speech, syllables=moved.assign(record=speech.record))
     if name in streams.planted:
         speech = replace(speech, planted=streams.planted[name][frames])
     return speech
+
+
+def moved_syllables(syllables: pd.DataFrame, frames: Integers, frame_s: float) -> pd.DataFrame:
+    """Return the syllables of a source at the times at which its frames drive a record.
+
+    Each stretch of consecutive frames brings the syllables that peak in it, cut where it begins and ends.
+
+    Parameters
+    ----------
+    syllables : syllable table of the source.
+    frames : (T,) the frame of the source that drives each frame of the record.
+    """
+    cuts = np.flatnonzero(np.diff(frames) != 1) + 1
+    parts = []
+    for first, end in zip([0, *cuts], [*cuts, len(frames)], strict=True):
+        begin_s, moved_by_s = frames[first] * frame_s, (first - frames[first]) * frame_s
+        end_s = begin_s + (end - first) * frame_s
+        # The first and the last stretch may reach beyond the frames: sound need not end with a whole frame.
+        inside = (syllables["peak_s"] >= begin_s) & ((syllables["peak_s"] < end_s) | (end == len(frames)))
+        part = syllables[inside].copy()
+        for name, low, high in (
+            ("start_s", begin_s, np.inf),
+            ("end_s", -np.inf, end_s if end < len(frames) else np.inf),
+        ):
+            part[name] = part[name].clip(low, high)
+        for name in ("start_s", "peak_s", "end_s", "known_s"):
+            part[name] = (part[name] + moved_by_s).clip(lower=0.0)
+        parts.append(part)
+    moved = pd.concat(parts, ignore_index=True)
+    moved["syllable"] = np.arange(len(moved))
+    return moved

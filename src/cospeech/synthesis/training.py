@@ -48,6 +48,9 @@ def fold(
     prosody: Mapping[str, pd.DataFrame] | None = None,
     motions: Mapping[str, pd.DataFrame] | None = None,
     truth: Truth | None = None,
+    syllables: Mapping[str, pd.DataFrame] | None = None,
+    phases: pd.DataFrame | None = None,
+    subunits: Mapping[str, pd.DataFrame] | None = None,
 ) -> tuple[Training, Streams]:
     """Return what systems may learn from if ``held_out`` is left out, and the speech of all records of the actor.
 
@@ -56,7 +59,9 @@ def fold(
     held_out : the record to leave out; None for a model of all records.
     gestures : gesture segments of the actor's records at any rate; those of the held-out record are ignored.
     prosody_segments : prosody segments of all the actor's records on the prosody frame.
-    prosody, motions : prosody and motion tables by record, if a system needs them.
+    prosody, motions, syllables : prosody, motion and syllable tables by record, if a system needs them.
+    phases, subunits : gesture phases, and gesture subunits by body section, of all records that are learnt from, if a
+        system needs them.
 
     Raises
     ------
@@ -75,10 +80,26 @@ def fold(
         speech=_only(phrases, labels),
         prosody=_only(phrases, prosody or {}),
         motions=_only(phrases, motions or {}),
+        syllables=_only(phrases, syllables or {}),
+        phases=_only(phrases, _by_record(phases)),
+        subunits=_only(phrases, _by_section(subunits or {})),
         order=tuple(actor.records),
         planted=_planted(actor, held_out, truth, spoken) if truth else None,
     )
-    return known, Streams(labels, prosody or {}, spoken)
+    return known, Streams(labels, prosody or {}, spoken, syllables or {})
+
+
+def _by_record(table: pd.DataFrame | None) -> dict[str, pd.DataFrame]:
+    if table is None:
+        return {}
+    return {str(name): part.reset_index(drop=True) for name, part in table.groupby("record", sort=False)}
+
+
+def _by_section(sections: Mapping[str, pd.DataFrame]) -> dict[str, dict[str, pd.DataFrame]]:
+    """Return the tables of each record by section, of tables that contain all records."""
+    parts = {section: _by_record(table) for section, table in sections.items()}
+    names = dict.fromkeys(name for tables in parts.values() for name in tables)
+    return {name: {section: tables[name] for section, tables in parts.items()} for name in names}
 
 
 def training_phrases(

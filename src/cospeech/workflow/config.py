@@ -110,25 +110,17 @@ def check_labels(config: Config, brings: frozenset[str]) -> None:
         )
 
 
-def check_systems(
-    config: Config, systems: Mapping[str, Any], brings: frozenset[str], failed: Collection[str] = ()
-) -> None:
+def check_systems(config: Config, systems: Mapping[str, Any], failed: Collection[str] = ()) -> None:
     """Raise UserError where the configuration shows a system that it does not run, or too few to compare.
 
     Parameters
     ----------
     systems : the systems of the run by name, as the registry returns them.
-    brings : what the records bring.
     failed : names of systems that could not be loaded. They can be named, and are left out.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
     if not any(system.role == "system" for system in systems.values()):
         raise UserError("config: synthesis.systems chooses no system that listens to speech; name at least one")
-    for name, system in systems.items():
-        if system.makes == "motion" and "motion" not in brings:
-            raise UserError(
-                f"config: synthesis.systems: '{name}' makes motion, but the records bring none; set it to false"
-            )
     for name in animation["systems"]:
         if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
