@@ -1,6 +1,6 @@
 """The motion of a scene in which arousal or syllables move the body (see ``worlds``).
 
-Without arousal or syllables, ``motion`` performs the script. Here, a hand is at a place, which is that of its class
+In the world ``phrases``, ``motion`` performs the script. In the others, a hand is at a place, which is that of its class
 of gestures as in ``choreography``, and beats around it. Arousal changes the rate of the beats, their size, their
 height and how far their paths bend. Where subunits follow syllables, the strokes of head, arms and legs are those of
 the plan, and a section is still between two of them.
@@ -98,9 +98,11 @@ def perform(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.
 
     Parameters
     ----------
-    scene : the scene of the record, in any world but ``phrases``.
+    scene : the scene of the record. Without arousal and subunits, ``motion`` performs its script.
     fps : frame rate of the motion.
     """
+    if scene.shown is None and scene.subunits is None:
+        return motion.perform(actor, record, scene.gestures, scene.prosody, fps, seed)
     rng = random_source(seed, "motion", record)
     manner = style(actor, seed)
     times_s = frame_times(round(float(scene.gestures["end_s"].iloc[-1]) * fps), fps)

@@ -6,6 +6,7 @@ arousal and the subunits that follow syllables. ``worlds`` describes what depend
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,16 @@ from cospeech.data.rng import random_source
 from cospeech.data.vocabulary import GESTURES
 from cospeech.studio import arousal, cast, script, subunits, syllables, worlds
 from cospeech.studio.worlds import Couplings
+
+TABLES = {
+    "gesture_phrases": ("gestures", "segments"),
+    "prosody_phrases": ("prosody", "segments"),
+    "syllables": ("syllables", "planted_syllables"),
+    "arousal_speech": ("spoken", "segments"),
+    "arousal_hands": ("shown", "segments"),
+    "subunits": ("subunits", "planted_subunits"),
+}
+"""The tables of what is planted in records: the attribute of a scene, and the schema, by name."""
 
 COUNTED_S = 3600.0
 """Duration of the sample in which gesture phrases are counted that no semi-Markov process generates."""
@@ -101,6 +112,28 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
     if own.laws["arms"].kinds == GESTURES:
         gestures = subunits.phrases(record, arms, n_frames, frame_s)
     return Scene(gestures, prosody, table, spoken, shown, moved)
+
+
+def truth(players: dict[str, Player], couplings: Couplings) -> dict[str, pd.DataFrame]:
+    """Return what is planted of the actors besides their gestures, as tables by the name of their schema."""
+    tables: dict[str, pd.DataFrame] = {}
+    tempers = [own.temper for own in players.values() if own.temper is not None]
+    if tempers:
+        tables["arousal_states"] = arousal.states_table(tempers, couplings.vigour or 0.0)
+    streams = {actor: own.laws for actor, own in players.items() if own.laws is not None}
+    return tables | (subunits.tables(streams) if streams else {})
+
+
+def tables(scenes: Sequence[Scene]) -> dict[str, pd.DataFrame]:
+    """Return what is planted in records, one table for all of them by each name of ``TABLES`` that the world has."""
+    parts = {name: [getattr(scene, attribute) for scene in scenes] for name, (attribute, _) in TABLES.items()}
+    return {name: pd.concat(part, ignore_index=True) for name, part in parts.items() if part[0] is not None}
+
+
+def of_record(whole: Mapping[str, pd.DataFrame], record: str) -> Scene:
+    """Return the scene of one record from tables of all records, the inverse of ``tables``."""
+    rows = {name: table[table["record"] == record].reset_index(drop=True) for name, table in whole.items()}
+    return Scene(**{TABLES[name][0]: table for name, table in rows.items()})
 
 
 def _planted(record: str, source: str, drawn: pd.DataFrame) -> pd.DataFrame:
