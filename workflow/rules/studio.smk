@@ -113,6 +113,24 @@ if VIRTUAL and "prosody" in BRINGS:
             "../../scripts/studio/studio_features.py"
 
 
+# Motion libraries in the situations of Levine et al. 2010, table 1; no other rule needs them.
+LIBRARIES = expand(f"{RESULTS}/libraries/{{library}}", library=config["studio"]["libraries"])
+
+
+rule studio_library:
+    output:
+        library=directory(f"{RESULTS}/libraries/{{library}}"),
+    params:
+        duration_s=lambda wildcards: config["studio"]["libraries"][wildcards.library],
+        fps=config["studio"]["motion_fps"],
+        motion_noise_deg=config["studio"]["motion_noise_deg"],
+        seed=config["seed"],
+    message:
+        "motion library {wildcards.library}"
+    script:
+        "../../scripts/studio/studio_library.py"
+
+
 if VIRTUAL and FILMED:
 
     rule studio_rig:

@@ -1,9 +1,9 @@
 """The motion of a scene in which arousal or syllables move the body (see ``worlds``).
 
-In the world ``phrases``, ``motion`` performs the script. In the others, a hand is at a place, which is that of its class
-of gestures as in ``choreography``, and beats around it. Arousal changes the rate of the beats, their size, their
-height and how far their paths bend. Where subunits follow syllables, the strokes of head, arms and legs are those of
-the plan, and a section is still between two of them.
+In the world ``phrases``, ``motion`` performs the script. In the others, a hand is at a place, which is that of its
+class of gestures as in ``choreography``, and beats around it. Arousal changes the rate of the beats, their size,
+their height and how far their paths bend. Where subunits follow syllables, the strokes of head, arms and legs are
+those of the plan, and a section is still between two of them.
 """
 
 from __future__ import annotations
