@@ -34,7 +34,7 @@ FIDGET_M = (0.0, 0.02, 0.1)
 """Effects on the hands by state: factors of rate and size of beats, factor of the way from the place of rest to that
 of a gesture, deviation from a straight path, and size of movements at rest."""
 
-MEAN_S = (3.5, 5.0)
+MEAN_S = (2.5, 4.0)
 SHORTEST_S = 1.0
 SHAPE = 2.5
 """Range of the mean duration of a state, its minimum, and the shape of the gamma distribution above it."""

@@ -73,7 +73,7 @@ TO_MOUTH_S, AT_MOUTH_S = 0.7, (0.4, 1.2)
 
 
 def durations_s(total_s: float) -> list[float]:
-    """Return the lengths of the recordings of a library of ``total_s`` seconds; all but the last are whole seconds."""
+    """Return the lengths of the recordings of a library of ``total_s`` seconds, whole seconds but for the last."""
     edges = np.linspace(0.0, total_s, int(np.ceil(total_s / LONGEST_S)) + 1)
     edges[:-1] = edges[:-1].round()
     return np.diff(edges).tolist()

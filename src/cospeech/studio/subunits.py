@@ -10,6 +10,7 @@ one begins; one that is not interrupted ends earlier, and the section is still u
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +73,7 @@ class Law:
 
     def goes_on(self, kind: int, elapsed: float) -> float:
         """Return f of a kind of subunit at the elapsed share of its duration."""
-        return float(1.0 / (1.0 + np.exp(self.slope[kind] * (elapsed - self.middle[kind]))))
+        return 1.0 / (1.0 + math.exp(min(self.slope[kind] * (elapsed - self.middle[kind]), 700.0)))
 
     def following(self) -> Floats:
         """Return the probability of the next kind given the current one and the levels of a syllable's features.

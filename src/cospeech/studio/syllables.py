@@ -29,6 +29,8 @@ FEATURES = {
 LEVELS = {"inflection": (0.5, 0.25, 0.25), "loudness": (0.3, 0.4, 0.3), "length": (0.3, 0.4, 0.3)}
 """Probability of each level."""
 
+_UP_TO = {feature: np.cumsum(probabilities) for feature, probabilities in LEVELS.items()}
+
 INFLECTION_ST = (0.0, 3.0, -3.0)
 LOUDNESS_DB = (-4.0, 0.0, 4.0)
 LENGTH = (0.72, 1.0, 1.4)
@@ -50,7 +52,7 @@ TROUGH_DB = 7.0
 HEADROOM_DB = 1.0
 """Level by which speech is softer than in the world ``phrases``, so that loud syllables in excitement do not clip."""
 
-FLATNESS = 0.5
+FLATNESS = 0.4
 """Factor of the contours of prosody patterns."""
 
 LOWEST_ST = min(value for pattern in PATTERNS for value in pattern.pitch_st)
@@ -93,13 +95,15 @@ def sample(prosody: pd.DataFrame, spoken: pd.DataFrame | None, rng: np.random.Ge
     if not edges:
         return pd.DataFrame({name: [] for name in ("start_s", "peak_s", "end_s", *FEATURES)})
     start_s, end_s = (np.concatenate(side) for side in zip(*edges, strict=True))
-    drawn = {name: [_level(name, rng) for _ in long] for name in ("inflection", "loudness")} | {"length": long}
-    columns = {name: np.array(FEATURES[name], dtype=object)[levels] for name, levels in drawn.items()}
+    drawn = {"length": np.array(long)}
+    for name in ("inflection", "loudness"):
+        drawn[name] = np.searchsorted(_UP_TO[name], rng.random(len(long)), side="right")
+    columns = {name: np.array(levels, dtype=object)[drawn[name]] for name, levels in FEATURES.items()}
     return pd.DataFrame({"start_s": start_s, "peak_s": start_s + PEAK * (end_s - start_s), "end_s": end_s} | columns)
 
 
 def _level(feature: str, rng: np.random.Generator) -> int:
-    return int(np.searchsorted(np.cumsum(LEVELS[feature]), rng.random(), side="right"))
+    return int(np.searchsorted(_UP_TO[feature], rng.random(), side="right"))
 
 
 def stretches(prosody: pd.DataFrame) -> Floats:
