@@ -21,7 +21,7 @@ from cospeech.studio import worlds
 STATES = ("calm", "lively", "excited")
 NEUTRAL = STATES.index("lively")
 
-LOUDNESS_DB = (-6.0, 0.0, 6.0)
+LOUDNESS_DB = (-5.0, 0.0, 5.0)
 PITCH_RANGE = (0.65, 1.0, 1.3)
 SYLLABLE = (1.25, 1.0, 0.8)
 """Effects on the voice by state: level, factor of pitch intervals, factor of the length of syllables."""

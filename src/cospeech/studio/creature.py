@@ -21,14 +21,17 @@ N_LIMBS = 8
 BONES_M = (0.16, 0.15, 0.13, 0.11)
 """Lengths of the bones of a limb; the last one ends in its tip."""
 
-MANTLE_M = (0.0, 0.35, 0.0)
+MANTLE_M = (0.0, 0.45, 0.0)
 RIM_M, RIM_HEIGHT_M = 0.12, -0.04
 HEAD_M, CROWN_M = (0.0, 0.10, 0.0), (0.0, 0.22, 0.0)
 """Position of the mantle above the ground, of the first joints of the limbs around it, and of the head above it."""
 
 AT_REST = (-24.0, 0.0, -9.0)
-LIFT_DEG, SWAY_DEG, CURL_DEG = (20.0, 75.0), (-35.0, 35.0), (-35.0, 30.0)
+LIFT_DEG, SWAY_DEG, CURL_DEG = (20.0, 75.0), (-35.0, 35.0), (-12.0, 40.0)
 """Angles of a limb (lift of its first joint, sway, and bend of the others) at rest, and their ranges in a stroke."""
+
+LOWEST_DEG, HIGHEST_DEG = (-24.0, -60.0, -12.0), (85.0, 60.0, 50.0)
+"""Limits of these angles; a limb that was lower would enter the ground."""
 
 REST_S, STROKE_S, HOLD_S = (0.8, 2.5), (0.35, 0.8), (0.0, 0.4)
 N_STROKES = (2, 6)
@@ -108,7 +111,7 @@ def _limbs(times_s: Floats, pace: Floats, size: Floats, rng: np.random.Generator
             drawn = np.array([rng.uniform(*limits) for limits in (LIFT_DEG, SWAY_DEG, CURL_DEG)])
             for place, limb in enumerate(moving):
                 varied = rest + size[now] * (drawn - rest) * rng.uniform(0.7, 1.1, 3)
-                target = rest if stroke == n_strokes else np.clip(varied, -60.0, 85.0)
+                target = rest if stroke == n_strokes else np.clip(varied, LOWEST_DEG, HIGHEST_DEG)
                 start = max(time_s + DELAY_S * place, keys_s[limb][-1])
                 keys_s[limb] += [start, start + lasting]
                 values[limb] += [values[limb][-1], target]

@@ -16,7 +16,7 @@ from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
 from cospeech.motion.skeleton import JOINTS
 from cospeech.studio import motion, performance, scenes
-from cospeech.studio.choreography import DOWN_AND_BACK, REST, SIDES, Place, Track, style
+from cospeech.studio.choreography import REST, SIDES, Place, Track, style
 from cospeech.studio.worlds import Couplings
 
 FRAME_S, MAX_DURATION_S = 0.025, 10.0
@@ -68,6 +68,9 @@ THIGH: Place = (0.15, -0.36, 0.26)
 LAP_M = 0.25
 """Place of a resting hand of an actor who sits, and the height above it from which a hand gestures freely."""
 
+ELBOW: Place = (0.6, -0.9, 0.2)
+"""Direction in which the elbow of the right arm points when the hand is near the head."""
+
 TO_MOUTH_S, AT_MOUTH_S = 0.7, (0.4, 1.2)
 """Duration of the way to the mouth or back, and range of the time between the two."""
 
@@ -114,7 +117,7 @@ def _holding(held: Held, times_s: Floats, rng: np.random.Generator) -> Floats:
     """Return the values (T, 8) of a hand that holds something (see ``choreography.Track``)."""
     track = Track()
     here, there = (
-        np.array([*place, *DOWN_AND_BACK, held.turn_deg, 0.0]) for place in (held.place, held.mouth or REST)
+        np.array([*place, *ELBOW, held.turn_deg, 0.0]) for place in (held.place, held.mouth or REST)
     )
     track.key(0.0, here)
     while held.mouth is not None and track.times_s[-1] < times_s[-1]:

@@ -46,7 +46,7 @@ SHORTEST_S = 0.08
 PEAK = 0.45
 """Position of the peak in a syllable, as a share of its length."""
 
-TROUGH_DB = 7.0
+TROUGH_DB = 6.0
 """Depth of the trough of the intensity between two syllables."""
 
 HEADROOM_DB = 1.0
