@@ -93,7 +93,7 @@ def write_clip(clip: Clip, path: str | Path) -> None:
 
 def _write(path: str | Path, hierarchy: list[str], root: Floats, turns: Floats, fps: float) -> None:
     """Write a BVH file of root positions (T, 3) and the angles (T, J, 3) of joints in the order of the hierarchy."""
-    values = np.column_stack([root, turns.reshape(len(turns), -1)])
+    values = np.column_stack([root, turns.reshape(len(turns), 3 * turns.shape[1])])
     values = np.round(values, 6) + 0.0  # no "-0.000000"
     with tables.replacing(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(["HIERARCHY", *hierarchy, "MOTION", f"Frames: {len(values)}"]))

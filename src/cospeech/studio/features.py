@@ -16,8 +16,8 @@ The syllables are those that a listener would find. Measured in the same way wit
 (records of 90 s in the world ``all``):
 
 - 98 % of the planted syllables are found; the peak is 4 ms early with a standard deviation of 9 ms; the start is 5 ms
-  late and the end 23 ms early, with standard deviations of 31 and 38 ms; one syllable in twelve is found in two parts,
-  which is left out here;
+  late and the end 23 ms early, with standard deviations of 31 and 38 ms; one syllable in twelve is found in two
+  parts, which is left out here;
 - the end of every tenth one is an unvoiced syllable of 55 ms, softer by 6 dB;
 - they are known 129 ms after their peak, with a standard deviation of 39 ms;
 - the pitch has an error of 0.35 semitones, and a rise or fall within a syllable is 0.6 times that of the plan; the
@@ -234,7 +234,7 @@ def syllables(
 def _unvoiced_ends(voiced: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     """Return the unvoiced syllables at the ends of some voiced ones, which are shortened by them."""
     long = (voiced["end_s"] - voiced["peak_s"]).to_numpy() > UNVOICED_S + NEAREST_S
-    chosen = long & (rng.random(len(voiced)) < ENDS_UNVOICED / max(long.mean(), ENDS_UNVOICED))
+    chosen = long & (rng.random(len(voiced)) < ENDS_UNVOICED * len(long) / max(1, long.sum()))
     ends = voiced[chosen].copy()
     ends["start_s"] = ends["end_s"] - UNVOICED_S
     ends["peak_s"] = ends["start_s"] + UNVOICED_S / 2

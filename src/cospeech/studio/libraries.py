@@ -116,9 +116,7 @@ def perform(library: str, record: str, duration_s: float, fps: float, seed: int)
 def _holding(held: Held, times_s: Floats, rng: np.random.Generator) -> Floats:
     """Return the values (T, 8) of a hand that holds something (see ``choreography.Track``)."""
     track = Track()
-    here, there = (
-        np.array([*place, *ELBOW, held.turn_deg, 0.0]) for place in (held.place, held.mouth or REST)
-    )
+    here, there = (np.array([*place, *ELBOW, held.turn_deg, 0.0]) for place in (held.place, held.mouth or REST))
     track.key(0.0, here)
     while held.mouth is not None and track.times_s[-1] < times_s[-1]:
         leaves_s = track.times_s[-1] + rng.uniform(*held.every_s)

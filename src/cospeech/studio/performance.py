@@ -8,7 +8,7 @@ those of the plan, and a section is still between two of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -322,7 +322,11 @@ def _forms(arms: pd.DataFrame, manner: Style, rng: np.random.Generator) -> tuple
 
 
 def _poses(
-    table: pd.DataFrame, poses: dict[str, tuple[float, ...]], spread: float, times_s: Floats, rng: np.random.Generator
+    table: pd.DataFrame,
+    poses: Mapping[str, tuple[float, ...]],
+    spread: float,
+    times_s: Floats,
+    rng: np.random.Generator,
 ) -> Floats:
     """Return the course (T, C) of a section that moves to a pose, with some variation, in each of its subunits."""
     keys_s: list[float] = []

@@ -16,6 +16,7 @@ from cospeech.data.arrays import Flags, Floats
 from cospeech.data.rng import random_source
 from cospeech.data.vocabulary import GESTURES
 from cospeech.studio import arousal, cast, script, subunits, syllables, worlds
+from cospeech.studio.syllables import Delivery
 from cospeech.studio.worlds import Couplings
 
 TABLES = {
@@ -68,11 +69,11 @@ class Scene:
     shown: pd.DataFrame | None = None
     subunits: pd.DataFrame | None = None
 
-    def delivery(self) -> syllables.Delivery | None:
+    def delivery(self) -> Delivery | None:
         """Return how the record is spoken, None in the world ``phrases``."""
         if self.syllables is None:
             return None
-        return syllables.Delivery(self.syllables.query("source == 'own'").reset_index(drop=True), self.spoken)
+        return Delivery(self.syllables.query("source == 'own'").reset_index(drop=True), self.spoken)
 
 
 def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: float) -> Player:
@@ -137,8 +138,8 @@ def of_record(whole: Mapping[str, pd.DataFrame], record: str) -> Scene:
 
 
 def _planted(record: str, source: str, drawn: pd.DataFrame) -> pd.DataFrame:
-    named = {"record": record, "source": source, "syllable": np.arange(len(drawn))}
-    return drawn.assign(**named)[[*named, *drawn.columns]]
+    numbered = drawn.assign(record=record, source=source, syllable=np.arange(len(drawn)))
+    return numbered[["record", "source", "syllable", *drawn.columns]]
 
 
 def _followed(

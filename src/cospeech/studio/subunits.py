@@ -149,8 +149,8 @@ def follow(law: Law, heard: pd.DataFrame, duration_s: float, rng: np.random.Gene
     table = pd.DataFrame(rows)
     causes = table.pop("cause").to_numpy()
     for name in FEATURES:
-        values = np.append(heard[name].to_numpy(dtype=object), None)
-        table[name] = values[causes]
+        table[name] = heard[name].to_numpy(dtype=object)[causes] if len(heard) else None
+    table.loc[causes < 0, list(FEATURES)] = None
     return table
 
 
@@ -170,8 +170,8 @@ def write(own: dict[str, Law], record: str, heard: pd.DataFrame, duration_s: flo
     tables = []
     for section, law in own.items():
         table = follow(law, heard, duration_s, random_source(seed, "subunits of record", record, section))
-        named = {"record": record, "section": section, "segment": np.arange(len(table))}
-        tables.append(table.assign(**named)[[*named, *table.columns]])
+        numbered = table.assign(record=record, section=section, segment=np.arange(len(table)))
+        tables.append(numbered[["record", "section", "segment", *table.columns]])
     return pd.concat(tables, ignore_index=True)
 
 

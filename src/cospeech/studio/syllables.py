@@ -160,4 +160,4 @@ class Delivery:
 
     def _of_level(self, feature: str, values: tuple[float, ...]) -> Floats:
         levels = self.syllables[feature].map(dict(zip(FEATURES[feature], values, strict=True)))
-        return levels.to_numpy(dtype=float)
+        return np.asarray(levels, dtype=np.float64)
