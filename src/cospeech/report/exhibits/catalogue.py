@@ -46,6 +46,7 @@ SOURCES = {
     "differences": Source("evaluation/differences.parquet", "differences"),
     "motion_statistics": Source("evaluation/motion_statistics.parquet", "motion_statistics"),
     "motion_histograms": Source("evaluation/motion_histograms.parquet", "motion_histograms"),
+    "motion_quality": Source("evaluation/motion_quality.parquet", "motion_quality"),
     "transplant": Source("evaluation/transplant.parquet", "transplant"),
     "recovery": Source("evaluation/recovery.parquet", "recovery"),
     "film_effect": Source("evaluation/film_effect.parquet", "film_effect"),
@@ -95,6 +96,10 @@ EXHIBITS = (
     Exhibit(
         "fig-motion", "watch", "motion:speeds",
         sources={"statistics": "motion_statistics", "histograms": "motion_histograms"}, needs=("motion",),
+    ),
+    Exhibit(
+        "table-motion-quality", "watch", "motion_quality:draw", figure=False,
+        sources={"quality": "motion_quality"}, needs=("motion",), show="motion_quality:table",
     ),
     Exhibit(
         "leaderboard", "scores", "leaderboard:draw",
