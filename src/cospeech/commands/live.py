@@ -30,9 +30,9 @@ THIS_MACHINE = "127.0.0.1"
 DESCRIPTION = """\
 Gesture while somebody speaks.
 
-Sound comes from a pipe, from a microphone, or from a file that is played in real
-time (but not heard). Motion goes to an avatar by the VMC protocol, and to files.
-Ctrl-C stops it and completes the files."""
+Sound comes from a pipe, from a microphone, or from a file that is heard in real
+time. Motion goes to an avatar by the VMC protocol, and to files. Ctrl-C stops
+and completes the files."""
 
 EPILOG = """\
 sound on standard input:
@@ -41,7 +41,7 @@ sound on standard input:
 
 examples:
   arecord -q -t raw -r 16000 -f S16_LE | cospeech live --model MODEL
-  ffmpeg -v error -i URL -f s16le -ar 16000 -ac 1 - | cospeech live --model MODEL
+  ffmpeg -v error -i URL -f s16le -ar 16000 -ac 1 - | cospeech live
   cospeech live --model MODEL --microphone --record session.bvh
   cospeech live --model MODEL --play speech.wav --latency
   cospeech live --model MODEL --play speech.wav --style energetic=0.7 --osc 9000
