@@ -81,6 +81,12 @@ def test_samples_of_every_format_arrive_in_pieces_of_any_length(pipe, encoding, 
     assert mixed.read(0.0) is None
 
 
+def test_bytes_of_any_kind_are_samples(pipe):
+    """A signalling NaN is a NaN like others."""
+    os.write(pipe[1], bytes.fromhex("0100a07f") + np.array([0.5, np.inf], dtype="<f4").tobytes())
+    np.testing.assert_array_equal(sound.Pipe(pipe[0], sound.Pcm(16000, "f32le")).read(1.0), [np.nan, 0.5, np.inf])
+
+
 def test_a_channel_that_the_sound_does_not_have_is_refused():
     with pytest.raises(UserError, match=r"--channel 3: the sound has 2"):
         sound.Pipe(0, sound.Pcm(16000, "s16le", 2), 3)

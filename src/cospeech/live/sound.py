@@ -131,7 +131,8 @@ class Pipe:
         return self._mono(np.frombuffer(data[:whole], self._type))
 
     def _mono(self, values: npt.NDArray[Any]) -> Floats:
-        samples = values.astype(float)
+        with np.errstate(invalid="ignore"):  # some of the many bit patterns of NaN raise a warning
+            samples = values.astype(float)
         if self._type.kind == "u":
             samples -= self._full_scale
         samples /= self._full_scale
