@@ -166,9 +166,7 @@ def without_policies(
 
 def solve(layer: Control, distances: Floats) -> Policy:
     """Return the optimal policy for expected distances (A, I)."""
-    return policy.solve(
-        layer.cut, layer.rows, distances, layer.transitions, layer.discount, layer.balance.discounts
-    )
+    return policy.solve(layer.cut, layer.rows, distances, layer.transitions, layer.discount, layer.balance.discounts)
 
 
 def _successors(
@@ -191,8 +189,8 @@ def _successors(
     spread = float((delta.mean(axis=0) - delta.min(axis=0)).mean()) / (per_step / library.fps)
     spread = spread or 1.0
     unit = balance.transition_s * spread / mean_cost if mean_cost > 0.0 else 1.0
-    scaled = (unit * vectors for vectors in bare[:5])
-    return Successors(*scaled, penalty=balance.interruption_s * spread), unit / typical
+    pose, start, own, after, before = (unit * vectors for vectors in bare[:5])
+    return Successors(pose, start, own, after, before, balance.interruption_s * spread), unit / typical
 
 
 class Labels(NamedTuple):

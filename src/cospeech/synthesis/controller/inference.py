@@ -276,9 +276,7 @@ class Beliefs:
 
     def step(self, prosody: Floats) -> Floats:
         """Return the belief (S,), given the prosody (3,) of the next time step and of all earlier ones."""
-        _step(
-            prosody[None], *self._scale, self._clusters, self._weights, self._recent, self._memory, self._begun
-        )
+        _step(prosody[None], *self._scale, self._clusters, self._weights, self._recent, self._memory, self._begun)
         self._begun = True
         return self._memory[1].copy()
 

@@ -16,7 +16,7 @@ import pandas as pd
 from cospeech.data.arrays import Floats
 from cospeech.data.rng import random_source
 from cospeech.errors import UserError
-from cospeech.motion.library import Library, Poses
+from cospeech.motion.library import Library
 from cospeech.synthesis.controller import control, inference, steps, style
 from cospeech.synthesis.controller.clusters import Range
 from cospeech.synthesis.controller.control import Balance, Control
@@ -134,9 +134,7 @@ def on_steps(library: Library, kinematics: Floats) -> Segments:
         starts, ends = rows["start_frame"].to_numpy(), rows["end_frame"].to_numpy()
         grid = steps.on_grid(starts, ends, int(rows["n_frames"].iloc[0]), per_step)
         kept[rows.index[grid.kept]] = True
-        parts.append(
-            rows[grid.kept].assign(start_frame=grid.start * per_step, end_frame=grid.end * per_step)
-        )
+        parts.append(rows[grid.kept].assign(start_frame=grid.start * per_step, end_frame=grid.end * per_step))
     table = pd.concat(parts, ignore_index=True)
     if len(table) == 0:
         raise UserError(f"the motion library has no segment as long as a time step of {per_step} frames; add motion")

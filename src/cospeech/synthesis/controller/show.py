@@ -1,4 +1,4 @@
-"""From steps through a motion library to motion: the frames of the segments that are shown, blended where they meet."""
+"""From steps through a motion library to motion: the frames of the chosen segments, blended where they meet."""
 
 from __future__ import annotations
 

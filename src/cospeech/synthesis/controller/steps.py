@@ -30,7 +30,7 @@ STEP_S = 0.08
 """Time step that is aimed at; it is rounded to a whole number of motion frames."""
 
 PAUSE_S = 0.35
-"""Time after the end of a syllable at which a pause is recognised: a further syllable would mostly be known by then."""
+"""Time after the end of a syllable at which a pause is recognised; by then, a further one would mostly be known."""
 
 LONGEST_S = 2.0
 """Pauses count as this long at most."""

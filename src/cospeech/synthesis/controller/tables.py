@@ -97,7 +97,10 @@ def from_tables(tables: Tables) -> Model:
     )
     library, kinematics = _library(tables), tables["kinematics"][list(KINEMATICS)].to_numpy(dtype=float)
     balance = Balance(
-        *(float(scalars[name]) for name in ("transition_s", "interruption_s", "horizon_s")), scalars["discounts"]
+        float(scalars["transition_s"]),
+        float(scalars["interruption_s"]),
+        float(scalars["horizon_s"]),
+        scalars["discounts"],
     )
     delta = _from_by_style(tables["delta"], "distance", n_states)
     values = _from_by_style(tables["policy"], "value", n_states)

@@ -33,9 +33,7 @@ def synthesise(model: Model, speech: Speech, seed: int) -> Synthesis:
     made = []
     while screen.shown < speech.n_motion_frames:
         made.append(screen.next(int(found.path.segment[screen.step]), int(found.path.frame[screen.step])))
-    row = decoding(
-        speech, log_score=-found.cost, driving_record=speech.driving_record, shift_s=speech.shift_s
-    )
+    row = decoding(speech, log_score=-found.cost, driving_record=speech.driving_record, shift_s=speech.shift_s)
     return Synthesis(row, motion=live.motion_table([np.array(made)], speech.motion_fps))
 
 
