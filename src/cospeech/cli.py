@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 import cospeech
-from cospeech.commands import synthesize, workflow
+from cospeech.commands import library, synthesize, workflow
 from cospeech.commands.parser import Parser
 from cospeech.errors import UserError
 
-COMMANDS = (synthesize, workflow)
+COMMANDS = (synthesize, library, workflow)
 
 DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestures for speech."
 

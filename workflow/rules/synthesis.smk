@@ -94,6 +94,7 @@ rule systems:
             for system in makers(ANIMATED_TOGETHER, "phrases")
             if "motion" in BRINGS
         ],
+        made=[made_by(system, "motion.parquet") for system in makers(TOGETHER, "motion")],
         planned=PLANNED,
     params:
         **params_of(TOGETHER, apart=False),

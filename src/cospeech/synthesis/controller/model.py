@@ -113,22 +113,23 @@ def seed_of(training: Training) -> int:
 def segments_of(training: Training) -> Segments:
     """Return the motion library of the training records."""
     phases = pd.concat(list(training.phases.values()), ignore_index=True)
-    phases = phases.sort_values(["record", "start_frame"], kind="stable", ignore_index=True)
-    library = Library.of_motions(phases, training.motions)
-    return on_steps(library, phases[list(KINEMATICS)].to_numpy(dtype=float))
+    return on_steps(Library.of_motions(phases, training.motions), phases)
 
 
-def on_steps(library: Library, kinematics: Floats) -> Segments:
+def on_steps(library: Library, phases: pd.DataFrame) -> Segments:
     """Return a library whose segments begin and end at time steps.
 
     Parameters
     ----------
-    kinematics : (N, 6) parameters of its segments.
+    library : its segments are phases.
+    phases : the same phases with their kinematic parameters (schema ``phases``).
 
     Raises
     ------
     UserError : if no recording is as long as a time step.
     """
+    ordered = phases.sort_values(["record", "start_frame"], kind="stable")
+    kinematics = ordered[list(KINEMATICS)].to_numpy(dtype=float)
     per_step, parts, kept = steps.frames_per_step(library.fps), [], np.zeros(len(kinematics), dtype=bool)
     for _, rows in library.table.groupby("record", sort=False):
         starts, ends = rows["start_frame"].to_numpy(), rows["end_frame"].to_numpy()
