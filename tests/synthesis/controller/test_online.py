@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from controller.vigorous import FPS, FRAME_S, QUICK, Actor, hand_speed
+from vigorous import FPS, FRAME_S, QUICK, Actor, hand_speed
 
 from cospeech.data import tables as files
 from cospeech.errors import UserError

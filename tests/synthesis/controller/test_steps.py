@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from controller.vigorous import arousal, syllables_of
+from vigorous import arousal, syllables_of
 
 from cospeech.synthesis.controller import steps
 

@@ -1,4 +1,4 @@
-"""A tiny actor whose loudness tells how fast the arms move, for the tests of the controller as a system."""
+"""A tiny actor whose loudness tells how fast the arms move, for tests of systems that make motion."""
 
 import numpy as np
 import pandas as pd
