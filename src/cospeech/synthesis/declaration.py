@@ -131,10 +131,8 @@ class System:
                 raise DeclarationError(f"declares a table '{table}' of its model; the name is reserved, use another")
             if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
                 raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
-        if self.draws < 1 or (self.draws > 1 and (self.role != "control" or self.makes != "phrases")):
-            raise DeclarationError(
-                f"declares {self.draws} draws; only a control that makes phrases can have more than one"
-            )
+        if self.draws < 1 or (self.draws > 1 and self.role != "control"):
+            raise DeclarationError(f"declares {self.draws} draws; only a control can have more than one")
         if not self.method:
             raise DeclarationError(
                 "declares no method; give the import path of the module that trains and synthesises"
@@ -163,10 +161,9 @@ class System:
 
     def matched_controls(self) -> list[System]:
         """Return the controls that run this system's decoder on the wrong speech."""
-        draws = DRAWS if self.makes == "phrases" else 1
         return [
             replace(
-                self, name=name, title=f"{self.title}: {what}", role="control", controls=(), drive=drive, draws=draws
+                self, name=name, title=f"{self.title}: {what}", role="control", controls=(), drive=drive, draws=DRAWS
             )
             for name, (drive, what) in zip(self.controls, WRONG_SPEECH.items(), strict=False)
         ]

@@ -176,7 +176,8 @@ def naming(system: System) -> Iterator[None]:
             raise
         log.info(traceback.format_exc())
         reason = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
-        raise UserError(f"system '{system.name}', which declares that it {declared(system)}: {reason}") from error
+        words = " ".join(reason.split())
+        raise UserError(f"system '{system.name}', which declares that it {declared(system)}: {words}") from error
 
 
 def declared(system: System) -> str:
