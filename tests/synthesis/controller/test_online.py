@@ -12,6 +12,7 @@ from cospeech.synthesis import live
 from cospeech.synthesis.controller import SYSTEMS, inference, offline, online, policy, steps, whole
 from cospeech.synthesis.controller.library import path_cost
 from cospeech.synthesis.controller.model import with_library
+from cospeech.synthesis.controller.semantics import Player, Repetition
 from cospeech.synthesis.session import Trained, fault, perform, table_fault
 
 ONLINE, OFFLINE = SYSTEMS
@@ -72,7 +73,8 @@ def test_segments_without_their_motion_are_refused_by_name(model):
         online.from_tables(online.to_tables(model))
 
 
-def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(actor, model):
+def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(actor):
+    model = online.train(actor.training, {**QUICK, "repetition_s": 0.0})
     layer, speech = model.control, actor.speech()
     state = online.start(model, live.Stream("r", FRAME_S, FPS), 0)
     shown = []
@@ -84,6 +86,35 @@ def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(a
     beliefs = inference.filtered(model.layer, prosody)
     path = policy.play(layer.tones["neutral"].policy, layer.cut, layer.rows, beliefs)
     np.testing.assert_array_equal(shown, np.stack(path, axis=1))
+
+
+def test_repetition_costs_what_it_says_and_is_forgotten(model):
+    """Under the same belief at all times, against a loop that keeps the time at which each segment was entered."""
+    layer = model.control
+    cut, found = layer.cut, layer.tones["neutral"].policy
+    cost, decay = 3.0, 0.97
+    player = Player(found, {}, cut, layer.rows, None, Repetition(cost, decay))
+    belief = np.full(len(layer.transitions), 1.0 / len(layer.transitions))
+    entered, shown, piece = {}, [player.step(belief)], 0
+    piece = int(cut.first[shown[0].segment])
+    entered[shown[0].segment] = 0
+    for t in range(1, 300):
+        step = player.step(belief)
+        if step.decided:
+            costs = layer.rows(slice(piece, piece + 1))[0] + found.entering @ belief
+            for segment, since in entered.items():
+                costs[segment] += cost * decay ** (t - since)
+            onward = np.inf if cut.closing[piece] else found.values[piece + 1] @ belief
+            if onward <= costs.min():
+                piece += 1
+            else:
+                piece = int(cut.first[int(costs.argmin())])
+                entered[int(costs.argmin())] = t
+            assert step.segment == cut.segment[piece]
+            assert step.frame == cut.begin[piece]
+        shown.append(step)
+    plain = policy.play(found, cut, layer.rows, np.tile(belief, (300, 1)))
+    assert len({step.segment for step in shown}) > len(set(plain.segment))
 
 
 def test_motion_does_not_depend_on_what_is_heard_later(actor, model):
@@ -112,8 +143,7 @@ def test_hands_follow_the_loudness_of_new_speech():
             shifted.append(np.corrcoef(np.convolve(speed, np.ones(n) / n, "same"), levels)[0, 1])
         correlations.append((own[0, 1], np.mean(shifted)))
     own, shifted = np.mean(correlations, axis=0)
-    assert own > 0.4
-    assert own > shifted + 0.15
+    assert own > shifted + 0.25
 
 
 def test_styles_change_the_speed_of_the_hands(actor, model):

@@ -21,8 +21,10 @@ SETTINGS = {
     "window": 4,
     "unvoiced_hz": [60.0, 500.0],
     "transition_s": 0.3,
-    "interruption_s": 0.05,
+    "interruption_s": 0.1,
     "horizon_s": 5.0,
+    "repetition_s": 0.1,
+    "memory_s": 10.0,
     "discounts": "corrected",
 }
 """Settings of the system and their defaults.
@@ -34,6 +36,7 @@ window : time steps of the input window; 4 in the paper.
 unvoiced_hz : range of the uniformly distributed F0 of unvoiced syllables; that in which pitch is looked for.
 transition_s, interruption_s, horizon_s : cost of transitions and interruptions, and the time horizon of the policy
     (see ``control``).
+repetition_s, memory_s : cost of showing a segment again, and the time in which it fades; not in the paper.
 discounts : corrected or printed (see ``policy``).
 """
 

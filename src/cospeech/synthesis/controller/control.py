@@ -12,6 +12,11 @@ The paper names what the cost of a transition takes into account but not the wei
   balance does not depend on the time step.
 
 The discount per time step is exp(-step_s / ``horizon_s``).
+
+One thing is not in the paper: where speech tells little about the state, the policy of a small library goes back and
+forth between two or three segments. A segment that was entered recently therefore costs ``repetition_s`` more, in the
+same unit, and this cost fades within ``memory_s``. It is not part of the policy, whose states do not include what was
+shown before; with ``repetition_s`` = 0, the controller is that of the paper.
 """
 
 from __future__ import annotations
@@ -31,7 +36,7 @@ from cospeech.synthesis.controller.distances import expected_distances
 from cospeech.synthesis.controller.inference import KINEMATICS, Inference
 from cospeech.synthesis.controller.library import Pieces, Rows, Successors
 from cospeech.synthesis.controller.policy import Discounts, Policy
-from cospeech.synthesis.controller.semantics import Label
+from cospeech.synthesis.controller.semantics import Label, Repetition
 from cospeech.synthesis.controller.style import Transform
 
 LENGTH, POSE, DYNAMICS = 0.5, 1.0, 0.5
@@ -50,6 +55,8 @@ class Balance(NamedTuple):
     transition_s: float
     interruption_s: float
     horizon_s: float
+    repetition_s: float
+    memory_s: float
     discounts: Discounts
 
 
@@ -70,6 +77,7 @@ class Control(NamedTuple):
     per_step : motion frames per time step.
     kinematics : (A, 6) parameters of the segments on a log scale, in the order of ``inference.KINEMATICS``.
     cut, known, rows : pieces, what successor costs are computed from, and the costs themselves.
+    unit : cost of a second in which an average segment is shown instead of the nearest one.
     pose_scale : factor between joint positions in metres and the poses of the successor costs.
     transitions : (I, I) of the hidden states.
     tones : styles by name; the first is ``NEUTRAL``.
@@ -82,6 +90,7 @@ class Control(NamedTuple):
     cut: Pieces
     known: Successors
     rows: Rows
+    unit: float
     pose_scale: float
     transitions: Floats
     balance: Balance
@@ -97,6 +106,11 @@ class Control(NamedTuple):
     def discount(self) -> float:
         """Eta per time step."""
         return math.exp(-self.step_s / self.balance.horizon_s)
+
+    @property
+    def repetition(self) -> Repetition:
+        """What recently shown segments cost in addition."""
+        return Repetition(self.balance.repetition_s * self.unit, math.exp(-self.step_s / self.balance.memory_s))
 
 
 def poses(library: Library, frames: Integers) -> Floats:
@@ -157,10 +171,10 @@ def without_policies(
             raise UserError(f"keyword '{word}' has {what}; the segments are numbered 0 to {n_segments - 1}")
     cut = segments.pieces((library.end - library.start) // per_step)
     y = layer.kinematics.apply(kinematics)
-    known, scale = _successors(library, cut, per_step, y, delta, balance)
+    known, unit, scale = _successors(library, cut, per_step, y, delta, balance)
     rows = segments.cost_rows(cut, known)
     return Control(
-        library, per_step, kinematics, cut, known, rows, scale, layer.hmm.transitions, balance, {}, keywords
+        library, per_step, kinematics, cut, known, rows, unit, scale, layer.hmm.transitions, balance, {}, keywords
     )
 
 
@@ -171,8 +185,8 @@ def solve(layer: Control, distances: Floats) -> Policy:
 
 def _successors(
     library: Library, cut: Pieces, per_step: int, y: Floats, delta: Floats, balance: Balance
-) -> tuple[Successors, float]:
-    """Return what successor costs are computed from, in the unit of ``delta``, and the scale of its poses."""
+) -> tuple[Successors, float, float]:
+    """Return what successor costs are computed from, in the unit of ``delta``, that unit, and the scale of poses."""
     starts, ends = poses(library, library.start), poses(library, end_frames(library, cut, per_step))
     half = max(1, len(starts) // 2)
     typical = float(np.linalg.norm(starts - np.roll(starts, half, axis=0), axis=1).mean()) or 1.0
@@ -190,7 +204,7 @@ def _successors(
     spread = spread or 1.0
     unit = balance.transition_s * spread / mean_cost if mean_cost > 0.0 else 1.0
     pose, start, own, after, before = (unit * vectors for vectors in bare[:5])
-    return Successors(pose, start, own, after, before, balance.interruption_s * spread), unit / typical
+    return Successors(pose, start, own, after, before, balance.interruption_s * spread), spread, unit / typical
 
 
 class Labels(NamedTuple):

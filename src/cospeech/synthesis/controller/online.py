@@ -48,7 +48,9 @@ class State:
         self.weights = dict.fromkeys(list(self.layer.tones)[1:], 0.0)
         tone = self.layer.tones[NEUTRAL]
         labels = control_layer.labels(self.layer, tone.distances, tone.policy)
-        self.player = Player(tone.policy, labels.words, self.layer.cut, self.layer.rows, labels.rest)
+        self.player = Player(
+            tone.policy, labels.words, self.layer.cut, self.layer.rows, labels.rest, self.layer.repetition
+        )
         self.screen = Screen(self.layer, stream.motion_fps)
         self.n_steps = 0
         self.shown = Step(0, 0, False, 0.0)

@@ -136,6 +136,18 @@ class Step(NamedTuple):
     cost: float
 
 
+class Repetition(NamedTuple):
+    """What a segment costs in addition when it has been shown recently.
+
+    Attributes
+    ----------
+    cost : right after it was entered. decay : factor of this cost per time step, below 1.
+    """
+
+    cost: float
+    decay: float
+
+
 class Player:
     """The online controller, one time step at a time.
 
@@ -144,12 +156,21 @@ class Player:
     found : the policy without labels.
     labels : by word.
     rest : see ``solve``; None if there are no labels.
+    repetition : None: recently shown segments cost no more than others, as in the paper.
     """
 
     def __init__(
-        self, found: Policy, labels: Mapping[str, Label], cut: Pieces, rows: Rows, rest: Floats | None = None
+        self,
+        found: Policy,
+        labels: Mapping[str, Label],
+        cut: Pieces,
+        rows: Rows,
+        rest: Floats | None = None,
+        repetition: Repetition | None = None,
     ) -> None:
         self._cut, self._rows = cut, rows
+        self._repetition = repetition or Repetition(0.0, 0.0)
+        self._repeated, self._since = np.zeros(len(cut.first) - 1), 0
         self._piece, self._frame, self._pending, self._cost = -1, -1, "", 0.0
         self.change(found, labels, rest)
 
@@ -166,6 +187,7 @@ class Player:
     def step(self, belief: Floats) -> Step:
         """Return what to show at the next time step, given the belief (I,) of the forward algorithm."""
         cut, piece = self._cut, self._piece
+        self._since += 1
         if piece >= 0 and self._frame < cut.end[piece]:
             self._frame += 1
             return Step(int(cut.segment[piece]), self._frame, False, self._cost)
@@ -173,7 +195,10 @@ class Player:
         if piece < 0:
             decision = policy.begin(current, belief)
         else:
-            decision = policy.decide(current, cut, self._rows(slice(piece, piece + 1))[0], piece, belief)
+            self._repeated *= self._repetition.decay**self._since
+            self._since = 0
+            row = self._rows(slice(piece, piece + 1))[0] + self._repeated
+            decision = policy.decide(current, cut, row, piece, belief)
         following = piece + 1 if decision.segment == CONTINUE else int(cut.first[decision.segment])
         start, cost = int(cut.begin[following]), decision.cost
         if self._pending and piece >= 0 and self._rest is not None:
@@ -185,6 +210,8 @@ class Player:
                 self._pending = ""
                 ends = cut.end[cut.first[a] : cut.first[a + 1]]
                 following = int(cut.first[a] + np.searchsorted(ends, start))
+        if following != piece + 1 or cut.closing[piece]:
+            self._repeated[cut.segment[following]] = self._repetition.cost
         self._piece, self._frame, self._cost = following, start, cost
         return Step(int(cut.segment[following]), start, True, cost)
 

@@ -100,6 +100,8 @@ def from_tables(tables: Tables) -> Model:
         float(scalars["transition_s"]),
         float(scalars["interruption_s"]),
         float(scalars["horizon_s"]),
+        float(scalars["repetition_s"]),
+        float(scalars["memory_s"]),
         scalars["discounts"],
     )
     delta = _from_by_style(tables["delta"], "distance", n_states)
