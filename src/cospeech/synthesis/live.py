@@ -132,7 +132,7 @@ def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:
     poses = library.Poses.from_frames(rows)
     if poses.rotations.shape[1] != len(STANDARD.joints):
         raise UserError(
-            f"the model moves another body, of {poses.rotations.shape[1]} joints, which motion tables cannot describe; "
-            "run it with 'cospeech live'"
+            f"the model moves another body, of {poses.rotations.shape[1]} joints, which a motion table cannot "
+            "describe; run it with 'cospeech live'"
         )
     return library.to_motion(poses, fps)
