@@ -77,15 +77,22 @@ if "motion" in BRINGS:
                 for system in ANIMATED
                 for record in RECORDS
             ],
+            units=[
+                path
+                for system in makers(ANIMATED, "phrases")
+                for path in expand(made_by(system, "units.parquet"), record=RECORDS)
+            ],
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
+            quality=f"{RESULTS}/evaluation/motion_quality.parquet",
         params:
             actors={record: actor_of(record) for record in RECORDS},
             animated=[(system, record) for system in ANIMATED for record in RECORDS],
+            assembled=[(system, record) for system in makers(ANIMATED, "phrases") for record in RECORDS],
             bins=config["evaluation"]["speed_bins"],
         message:
-            "speed, acceleration and jerk of original and synthesised motion"
+            "speed, acceleration, jerk and faults of original and synthesised motion"
         script:
             "../../scripts/evaluation/motion_statistics.py"
 
