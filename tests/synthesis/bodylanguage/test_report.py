@@ -118,5 +118,5 @@ def test_a_session_runs_the_systems_on_one_model_and_checks_their_reports(traini
     assert len({table["left_arm_x_deg"].sum() for table in made.values()}) == len(made)
     assert set(session.reports(SYSTEMS[0], driving)) == set(SYSTEMS[0].reports)
     monkeypatch.setattr(proposed, "report", lambda *given: {})
-    with pytest.raises(UserError, match="declares the reports decisions, .*, but it returned none"):
+    with pytest.raises(UserError, match=r"declares the reports decisions, .*, but it returned none"):
         session.reports(SYSTEMS[0], driving)
