@@ -125,7 +125,8 @@ def update(
     base, n_more, cluster, more = following
     n, room = entry.shape
     everywhere, total = 0.0, 0.0
-    new_start[:] = 0.0
+    for j in range(n):
+        new_start[j] = 0.0
     for i in range(n):
         share = passed_s / length_s[i]
         growth = np.exp(-logit[i, 1] * share)

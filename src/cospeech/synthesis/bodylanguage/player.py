@@ -2,6 +2,10 @@
 
 Head, arms and legs are streams of their own, each with its own decisions. Their subunits are joined to one desired
 pose per frame, and the body that is shown follows it by velocity-preserving blending (5.5).
+
+The thesis does not say where the body is. A subunit of the legs starts at the place where the body is at that time,
+so that the body does not glide to where the subunit was recorded. To keep it from wandering off, it is never further
+from there than the actor mostly is from the middle.
 """
 
 from __future__ import annotations
@@ -39,6 +43,9 @@ N_UNIFORMS = 1024
 NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
 """No observations."""
 
+ROAMING_SHARE = 0.95
+"""Share of the frames in which the actor is no further from the middle than the body may be moved."""
+
 MOST_OBSERVED = 16
 """Number of observations that are handled at once."""
 
@@ -67,7 +74,8 @@ class Player:
         self._fps, self._frame_s = stream.motion_fps, stream.frame_s
         self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
-        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
+        roam_m = _roaming_m(library.poses.root_m)
+        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)), roam_m)
         initial, self.sections = _sections(model, library)
         self.beliefs = _beliefs(initial, mode)
         self._rng = random_source(seed, "bodylanguage", stream.record)
@@ -190,6 +198,12 @@ def _padded(arrays: list[Floats], n: int, value: float = 0.0) -> Floats:
     return padded
 
 
+def _roaming_m(root_m: Floats) -> float:
+    """Return how far the actor mostly is from the place in the middle, of root positions (F, 3)."""
+    ground = root_m[:, [0, 2]]
+    return float(np.quantile(np.linalg.norm(ground - np.median(ground, axis=0), axis=1), ROAMING_SHARE))
+
+
 def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory:
     n_sections = len(SECTIONS)
     return Memory(
@@ -198,6 +212,7 @@ def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory
         started=np.zeros(n_sections, dtype=bool),
         ended=np.zeros((n_sections, n_clusters), dtype=bool),
         probability=np.zeros(n_sections),
+        moved_m=np.zeros(2),
         now=np.zeros(1, dtype=np.int64),
         observation=np.full(1, NONE, dtype=np.int64),
         passed_s=np.zeros(1),

@@ -24,12 +24,14 @@ class Rules(NamedTuple):
     at_syllables : whether an observation can interrupt a subunit; otherwise, all run to completion.
     mode : how the elapsed share is treated, see ``forward``.
     tolerance : difference between the least pose distance and that of a subunit that may be selected, in radians.
+    roam_m : how far the body may be from the place at which a subunit was recorded.
     """
 
     by_model: bool
     at_syllables: bool
     mode: int
     tolerance: float
+    roam_m: float
 
 
 class Sections(NamedTuple):
@@ -90,6 +92,7 @@ class Memory(NamedTuple):
     segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) whether no
         observation has continued it yet. ended : (S, N) clusters whose subunits ended after the last observation.
     probability : (S,) probability of the last decision.
+    moved_m : (2,) how far the root is to the left and in front of the place at which its subunit was recorded.
     now : (1,) see ``Beliefs``. observation : (1,) the last one. passed_s : (1,) time between it and the one before.
     uniforms : (U,) random numbers. used : (1,) number of those that are used.
     gamma, distances : (N + 1,) and (M,) working memory.
@@ -100,6 +103,7 @@ class Memory(NamedTuple):
     started: Flags
     ended: Flags
     probability: Floats
+    moved_m: Floats
     now: Integers
     observation: Integers
     passed_s: Floats
@@ -184,21 +188,30 @@ def _update(sections: Any, beliefs: Any, memory: Any, s: int, mode: int) -> None
 
 
 @njit
-def _select(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: Any, over: bool) -> None:
-    """Continue the shown subunit, or start another one; ``over``: it cannot continue."""
+def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: Any) -> None:
+    """Update the belief of one section; continue the shown subunit, or start another one.
+
+    A subunit that is over cannot continue, which is evidence for the belief, too (5.4).
+    """
     gamma, segment = memory.gamma, memory.segment[s]
-    n = len(gamma) - 1
+    n, cluster = len(gamma) - 1, sections.cluster[segment]
+    over = memory.frame[s] >= sections.n_frames[segment]
+    if over:
+        memory.ended[s, cluster] = True
+    if rules.by_model:
+        _update(sections, beliefs, memory, s, rules.mode)
     forward.direct(
         sections.continuing[s], sections.after_start[s], sections.after[s],
-        sections.emissions[s, memory.observation[0]], sections.logit[s], sections.cluster[segment],
-        memory.started[s], memory.frame[s] / sections.n_frames[segment], over, gamma,
+        sections.emissions[s, memory.observation[0]], sections.logit[s], cluster, memory.started[s],
+        memory.frame[s] / sections.n_frames[segment], over, gamma,
     )  # fmt: skip
     if rules.by_model:
-        forward.combine(_half(beliefs, memory.now[0], s), sections.cluster[segment], gamma)
-    else:
-        members = sections.members[sections.first[s, 0] : sections.first[s, n]]
-        gamma[n] = gamma[n] / gamma.sum()
-        gamma[1:n] = 0.0
+        forward.combine(_half(beliefs, memory.now[0], s), cluster, gamma)
+    else:  # all other subunits together are the first alternative
+        total = 0.0
+        for k in range(n + 1):
+            total += gamma[k]
+            gamma[k] = 0.0 if k < n else gamma[n] / total
         gamma[0] = 1.0 - gamma[n]
     chosen = forward.draw(gamma, _uniform(memory))
     memory.probability[s] = gamma[chosen]
@@ -209,9 +222,21 @@ def _select(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
         members = sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]]
         memory.segment[s] = _similar(members, sections, memory, s, pose, rules.tolerance)
     else:
-        memory.segment[s] = _any_of(members, memory)
+        memory.segment[s] = _any_of(sections.members[sections.first[s, 0] : sections.first[s, n]], memory)
     memory.frame[s] = 0
     memory.started[s] = True
+    if s == len(memory.segment) - 1:
+        _place(sections, memory, pose, rules.roam_m)
+
+
+@njit
+def _place(sections: Any, memory: Any, pose: Any, roam_m: float) -> None:
+    """Let the subunit of the last section start where the body is, unless that is too far from where it was."""
+    earlier = sections.root_m[sections.before[sections.begin[memory.segment[-1]]]]
+    left, front = pose[0] - earlier[0], pose[2] - earlier[2]
+    distance = np.sqrt(left * left + front * front)
+    share = roam_m / distance if distance > roam_m else 1.0
+    memory.moved_m[0], memory.moved_m[1] = share * left, share * front
 
 
 @njit
@@ -228,51 +253,6 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 
 
 @njit
-def _observe(
-    sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, passed_s: Any
-) -> None:
-    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted."""
-    for k in range(len(observations)):
-        memory.now[0] = 1 - memory.now[0]
-        memory.observation[0] = observations[k]
-        memory.passed_s[0] = passed_s[k]
-        memory.ended[:] = False
-        for s in range(len(memory.segment)):
-            if rules.by_model:
-                _update(sections, beliefs, memory, s, rules.mode)
-            if rules.at_syllables:
-                _select(sections, rules, beliefs, memory, s, pose, False)
-            else:
-                memory.started[s] = False
-
-
-@njit
-def _next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, desired: Any) -> None:
-    """Write the next desired pose, and the pose before it in its recordings, (2, 3 + 4 J).
-
-    A subunit that is over between two observations was not expected to be. The last observation is examined again,
-    with the evidence that the subunit does not continue (5.4).
-    """
-    for s in range(len(memory.segment)):
-        if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
-            memory.ended[s, sections.cluster[memory.segment[s]]] = True
-            if rules.by_model:
-                _update(sections, beliefs, memory, s, rules.mode)
-            _select(sections, rules, beliefs, memory, s, pose, True)
-        frame = sections.begin[memory.segment[s]] + memory.frame[s]
-        memory.frame[s] += 1
-        for row in range(2):
-            if row == 1:
-                frame = sections.before[frame]
-            for joint in range(sections.joints.shape[1]):
-                if sections.joints[s, joint]:
-                    for axis in range(4):
-                        desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
-            if s == len(memory.segment) - 1:
-                desired[row, :3] = sections.root_m[frame]
-
-
-@njit
 def advance(
     sections: Any,
     rules: Any,
@@ -284,7 +264,10 @@ def advance(
     wanted: bool,
     desired: Any,
 ) -> None:
-    """Make the decisions of observations, and find the next desired pose.
+    """Make the decisions of observations (5.2 and 5.3), and find the next desired pose.
+
+    The shown subunits may be interrupted by an observation. A subunit that is over between two observations was not
+    expected to be: then, the last observation is examined again (5.4).
 
     Parameters
     ----------
@@ -293,6 +276,34 @@ def advance(
     wanted : whether there is a next frame.
     desired : (2, 3 + 4 J) for the pose and the one before it in its recordings.
     """
-    _observe(sections, rules, beliefs, memory, pose, observations, passed_s)
-    if wanted:
-        _next_pose(sections, rules, beliefs, memory, pose, desired)
+    for k in range(len(observations)):
+        memory.now[0] = 1 - memory.now[0]
+        memory.observation[0] = observations[k]
+        memory.passed_s[0] = passed_s[k]
+        for s in range(len(memory.segment)):
+            for i in range(memory.ended.shape[1]):
+                memory.ended[s, i] = False
+            if rules.at_syllables:
+                _decide(sections, rules, beliefs, memory, s, pose)
+            else:
+                memory.started[s] = False
+                if rules.by_model:
+                    _update(sections, beliefs, memory, s, rules.mode)
+    if not wanted:
+        return
+    for s in range(len(memory.segment)):
+        if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
+            _decide(sections, rules, beliefs, memory, s, pose)
+        frame = sections.begin[memory.segment[s]] + memory.frame[s]
+        memory.frame[s] += 1
+        for row in range(2):
+            if row == 1:
+                frame = sections.before[frame]
+            for joint in range(sections.joints.shape[1]):
+                if sections.joints[s, joint]:
+                    for axis in range(4):
+                        desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
+            if s == len(memory.segment) - 1:
+                desired[row, 0] = sections.root_m[frame, 0] + memory.moved_m[0]
+                desired[row, 1] = sections.root_m[frame, 1]
+                desired[row, 2] = sections.root_m[frame, 2] + memory.moved_m[1]
