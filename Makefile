@@ -42,6 +42,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/blending.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
+	$(BIN)/python bench/live.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
 	$(BIN)/python bench/capture.py

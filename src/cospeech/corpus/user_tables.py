@@ -301,6 +301,7 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
     table = table.astype({"start_frame": np.int64, "end_frame": np.int64})
     segments.check(table, str(path))
     frames, seconds = table[["start_frame", "end_frame"]].to_numpy(), table[["start_s", "end_s"]].to_numpy()
+    _check_times(seconds, path)
     period_s = float(seconds[-1, 1] / frames[-1, 1])
     disagree = (np.abs(frames * period_s - seconds) > period_s / 2).any(axis=1) | (period_s <= 0)
     if disagree.any():
@@ -310,11 +311,46 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
     return segments.from_starts(record, table["start_frame"], table["label"], n_frames, round(1 / period_s, 6))
 
 
+def _check_times(times_s: Floats, path: str | Path) -> None:
+    if np.abs(times_s).max() > MAX_TIME_S:
+        raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
+
+
+def syllables(path: str | Path, record: str) -> pd.DataFrame:
+    """Return the syllables of ``record`` from a user-supplied table.
+
+    If the table has a column ``record`` with several records, only the rows of ``record`` are used. Rise and fall of
+    the pitch may be missing.
+
+    Raises
+    ------
+    UserError
+        As in ``read``, and if a syllable ends before it starts, has its peak outside, or overlaps the next one.
+    """
+    supplied = read(path, "syllables", optional=("record", "syllable"))
+    named = supplied["record"].dropna().unique()
+    if len(named) > 1 or record in named:
+        supplied = supplied[supplied["record"] == record]
+    times = _numbers(supplied, ["start_s", "peak_s", "end_s", "known_s", "intensity_db"], path, "syllable")
+    pitches = ["f0_hz", "f0_rise_hz", "f0_fall_hz"]
+    table = supplied.reset_index(drop=True).assign(record=record, syllable=np.arange(len(times)), **times)
+    table[pitches] = table[pitches].apply(pd.to_numeric, errors="coerce").astype(float)
+    tables.validate(table, "syllables", str(path))
+    start, peak, end = (times[name].to_numpy() for name in ("start_s", "peak_s", "end_s"))
+    wrong = (start > peak) | (peak > end) | (end > np.append(start[1:], np.inf) + ROUNDING_S)
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise UserError(
+            f"{path}: syllable {row} ({start[row]:.3f}-{end[row]:.3f} s, peak at {peak[row]:.3f} s) does not contain "
+            "its peak, or overlaps the next one; syllables must be in order of time, without overlaps"
+        )
+    return table
+
+
 def _segments_by_time(supplied: pd.DataFrame, record: str, path: str | Path) -> pd.DataFrame:
     """Return segments that are given by their times alone, on a grid of milliseconds."""
     times = _numbers(supplied, ["start_s", "end_s"], path, "segment")
-    if np.abs(times.to_numpy()).max() > MAX_TIME_S:
-        raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
+    _check_times(times.to_numpy(), path)
     edges = np.round(times.to_numpy() * TIME_GRID_HZ).astype(np.int64)
     order = np.argsort(edges[:, 0], kind="stable")
     edges, labels = edges[order], supplied["label"].to_numpy()[order]
