@@ -1,8 +1,9 @@
 """Time blending and transitions, frame by frame: python bench/blending.py
 
-One step of ``Blender`` or ``Transitions`` moves all 17 joints of the body; every frame comes from another place of the
-recording, so that every joint of ``Transitions`` is always in a transition. Forward kinematics of the same poses with
-numpy is timed as well, as a measure of how fast the processor is. The median and the 99th percentile are printed.
+One step of ``Blender`` or ``Transitions`` moves all 17 joints of the body. Every frame comes from another place of
+the recording, so that every joint of ``Transitions`` is always in a transition. Forward kinematics of the same poses
+with numpy is timed as well, as a measure of how fast the processor is. The median and the 99th percentile are
+printed.
 """
 
 from __future__ import annotations
