@@ -50,12 +50,16 @@ HEAD_DEG = {
 }
 """Turn of the head about x, y and z in each of its subunits."""
 
-HEAD_SPREAD_DEG = 1.5
+HEAD_SPREAD_DEG = (1.5, 1.5, 1.5)
 
-HIPS_M = {"centre": (0.0, 0.0), "left": (0.045, 0.004), "right": (-0.045, 0.004)}
-"""Displacement of the hips to the left and forward in each subunit of the legs."""
+HIPS = {"centre": (0.0, 0.0, 0.0), "left": (0.06, 0.004, 10.0), "right": (-0.06, 0.004, -10.0)}
+"""Displacement of the hips to the left and forward in metres, and their turn to the left in degrees, in each subunit
+of the legs."""
 
-HIPS_SPREAD_M = 0.004
+SWAY = 0.2
+"""Factor of the sway of an actor whose legs have subunits."""
+
+HIPS_SPREAD = (0.004, 0.004, 1.0)
 
 BEAT_SIZE = {"small": 0.6, "large": 1.5, "sideways": 0.5}
 SIDEWAYS_M = 0.12
@@ -112,7 +116,13 @@ def perform(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.
     degrees |= motion.trunk(times_s, moving, _head(sections.get("head"), times_s), manner, rng)
     for side, values in zip(SIDES, moving, strict=True):
         degrees |= motion.arm(side, values, times_s, rng)
-    return motion.table(degrees, _hips(sections.get("legs"), times_s, rng), fps)
+    root_m = motion.standing(times_s, rng)
+    if "legs" in sections:
+        aside, ahead, turn = _poses(sections["legs"], HIPS, HIPS_SPREAD, times_s, rng).T
+        still = np.zeros(len(times_s))
+        root_m = SWAY * root_m + np.column_stack([aside, still - (1.0 - SWAY) * motion.KNEES_SOFT_M, ahead])
+        degrees["hips"] = degrees["hips"] + np.column_stack([still, turn, still])
+    return motion.table(degrees, root_m, fps)
 
 
 def hands(
@@ -324,7 +334,7 @@ def _forms(arms: pd.DataFrame, manner: Style, rng: np.random.Generator) -> tuple
 def _poses(
     table: pd.DataFrame,
     poses: Mapping[str, tuple[float, ...]],
-    spread: float,
+    spread: tuple[float, ...],
     times_s: Floats,
     rng: np.random.Generator,
 ) -> Floats:
@@ -348,12 +358,3 @@ def _head(table: pd.DataFrame | None, times_s: Floats) -> Callable[[np.random.Ge
         return _poses(table, HEAD_DEG, HEAD_SPREAD_DEG, times_s, rng)
 
     return turn
-
-
-def _hips(table: pd.DataFrame | None, times_s: Floats, rng: np.random.Generator) -> Floats:
-    """Return the displacement of the hips (T, 3) in metres."""
-    root_m = motion.standing(times_s, rng)
-    if table is not None:
-        root_m[:, [0, 2]] *= 0.2
-        root_m[:, [0, 2]] += _poses(table, HIPS_M, HIPS_SPREAD_M, times_s, rng)
-    return root_m
