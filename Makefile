@@ -39,8 +39,10 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/hsmm.py
 	$(BIN)/python bench/kinematics.py
 	$(BIN)/python bench/ward.py
+	$(BIN)/python bench/blending.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
+	$(BIN)/python bench/live.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
 	$(BIN)/python bench/capture.py

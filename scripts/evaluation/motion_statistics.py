@@ -1,6 +1,10 @@
-"""Speed, acceleration and jerk of original and synthesised motion, and how far they lie apart."""
+"""Speed, acceleration and jerk of original and synthesised motion, how far they lie apart, and faults of the motion.
 
-from cospeech.evaluation import motion
+One job for all of it, because most of its time is spent on reading the motion.
+"""
+
+from cospeech.evaluation import motion, motion_quality
+from cospeech.motion import assembly
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
@@ -11,3 +15,6 @@ with job.run(snakemake) as work:
     statistics, histograms = motion.statistics(motions, actors, work.params["bins"])
     work.write(statistics, work.output.statistics, "motion_statistics")
     work.write(histograms, work.output.histograms, "motion_histograms")
+    units = zip(work.params["assembled"], work.input.units, strict=True)
+    joins = {tuple(key): assembly.boundaries(work.read(path, "units")) for key, path in units}
+    work.write(motion_quality.table(motions, joins, actors), work.output.quality, "motion_quality")

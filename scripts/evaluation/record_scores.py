@@ -6,11 +6,11 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     actors = work.params["actors"]
-    synthesised = scores.planned(
-        work.read(path, "planned_phrases") for path in [*work.input.planned, *work.input.swept]
-    )
+    synthesised = scores.of_draws(
+        (work.read(path, "planned_phrases") for path in [*work.input.planned, *work.input.swept]), "planned"
+    ) | scores.of_draws((work.read(path, "planned_phrases") for path in work.input.seen_draws), "seen")
     for system in work.params["apart"]:  # one that failed planned nothing
-        synthesised.setdefault(scores.Scored(*system, "planned"), files.empty("segments"))
+        synthesised.setdefault(scores.Scored(*system), files.empty("segments"))
     for system, path in zip(work.params["seen"], work.input.seen, strict=True):
         synthesised[scores.Scored(*system, "seen")] = work.read(path, "segments")
     table = scores.table(
@@ -20,4 +20,6 @@ with job.run(snakemake) as work:
         scores.Rules(**work.params["rules"]),
         work.params["decoders"],
     )
+    if work.input.motion:
+        table = scores.with_motion(table, [work.read(path, "motion_scores") for path in work.input.motion], actors)
     work.write(table, work.output.scores, "record_scores")

@@ -4,6 +4,7 @@ A system that failed planned no phrases or made no frames; what this script make
 """
 
 from cospeech.data import tables
+from cospeech.evaluation import hand_speed
 from cospeech.formats import bvh
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.segmentation import gesture, labelled_hmm
@@ -16,8 +17,8 @@ with job.run(snakemake) as work:
     motions = work.read_each(work.params["others"], work.input.motions, "motion")
     pool = unit_selection.templates(work.read(work.input.gestures, "segments"), motions)
     fps, weight = skeleton.frame_rate(original), settings["continuity_weight"]
-    synthesised = []
-    for place, system in enumerate(work.params["planned"]):
+    synthesised, scores = [], []
+    for place, (system, variant) in enumerate(work.params["planned"]):
         phrases = work.read(work.input.phrases[place], "segments")
         if phrases.empty:
             synthesised.append(original.iloc[:0])
@@ -28,7 +29,11 @@ with job.run(snakemake) as work:
         synthesised.append(assembly.motion(selected, pool, motions, original, **settings["smoothing"]))
         work.write(selected, work.output.units[place], "units")
         work.write(synthesised[place], work.output.motion[place], "motion")
+        named = {"system": system, "variant": variant, "record": record}
+        scores.append(hand_speed.scores(named, original, synthesised[-1:], **work.params["interior"]))
         work.say(f"{system}: {unit_selection.summary(selected, weight)}")
+    if work.output.scores:
+        work.write(scores or tables.empty("motion_scores"), work.output.scores, "motion_scores")
     synthesised += [work.read(path, "motion") for path in work.input.made]
     for motion, bvh_path, seen_path in zip(synthesised, work.output.bvh, work.output.seen, strict=True):
         bvh.write(original.iloc[:0] if motion.empty else motion, bvh_path, fps)

@@ -9,7 +9,9 @@ from pathlib import Path
 import pandas as pd
 
 from cospeech.data import tables as files
+from cospeech.evaluation import hand_speed
 from cospeech.motion import skeleton
+from cospeech.segmentation import gesture, labelled_hmm
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
 from cospeech.synthesis.speech import Wrong
@@ -45,18 +47,25 @@ with job.run(snakemake) as work:
     driving = Driving(
         streams, record, actor.frame_s, given["seed"], Wrong(**given["wrong"]), fps, len(motions.get(record, ()))
     )
-    planned, failures = [], []
+    gesture_model = labelled_hmm.from_table(work.read(work.input.model, "hmm_model")) if work.input.model else None
+    planned, seen, scores, failures = [], [], [], []
     for system in map(installed, given["systems"]):
         draws = (session.attempt if given["apart"] else session.synthesise)(system, driving)
         variant, place = given["places"][system.name]
         folder = f"{place}/{record}"
         first = draws[0] if draws else None
+        named = {"system": system.name, "variant": variant}
         if system.makes == "phrases":
             work.write(first.phrases if first else files.empty("segments"), f"{folder}/phrases.parquet", "segments")
-            named = {"system": system.name, "variant": variant}
             planned += [made.phrases.assign(**named, draw=draw) for draw, made in enumerate(draws)]
         else:
             work.write(first.motion if first else files.empty("motion"), f"{folder}/motion.parquet", "motion")
+            made = [one.motion for one in draws]
+            for draw, motion in enumerate(motion for motion in made if len(motion)):
+                phrases = gesture.unconstrained_phrases(gesture_model, record, motion)
+                seen.append(phrases.assign(**named, draw=draw))
+            ends = {key: given["wrong"][key] for key in ("head_s", "tail_s")}
+            scores.append(hand_speed.scores(named | {"record": record}, motions[record], made, **ends))
         decoding = pd.concat([made.decoding for made in draws]) if draws else files.empty("decoding")
         work.write(decoding, f"{folder}/decoding.parquet", "decoding")
         failure = first.decoding["failure"].iloc[0] if first else None
@@ -66,8 +75,14 @@ with job.run(snakemake) as work:
             tables = session.tables(system)
             for table, schema in given["tables"][system.name].items():
                 work.write(tables[table], f"{folder}/{table}.parquet", schema)
+        if system.reports and system.drive == "own" and not isinstance(failure, str):
+            for table, found in session.reports(system, driving).items():
+                work.write(found, f"{folder}/{table}.parquet", system.report_schemas[table])
     if work.output.planned:
         work.write(planned, work.output.planned, "planned_phrases")
+    if work.output.seen:
+        work.write(seen or files.empty("planned_phrases"), work.output.seen, "planned_phrases")
+        work.write(scores, work.output.scores, "motion_scores")
     if failures:  # a system and its controls mostly fail for the same reason
         work.warn(failures[0])
         work.say("\n".join(failures[1:]))

@@ -284,6 +284,11 @@ def eaf_tier(name, annotations, parent=None):
 GESTURE = eaf_tier("gesture", [("a1", "left", "ts1", "ts2"), ("a2", "rest", "ts3", "ts4")])
 
 
+def test_a_tier_without_a_name_is_read_if_it_is_the_only_one(tmp_path):
+    path = eaf(tmp_path / "a.eaf", GESTURE.replace(' TIER_ID="gesture"', ""))
+    assert spans_of(read(path, 10.0)) == [(1.0, 3.0, "left"), (5.0, 7.0, "rest")]
+
+
 def media(name, origin_ms=None, mime_type="audio/x-wav"):
     origin = "" if origin_ms is None else f' TIME_ORIGIN="{origin_ms}"'
     return f'<MEDIA_DESCRIPTOR MEDIA_URL="file:///C:/my%20films/{name}" MIME_TYPE="{mime_type}"{origin}/>'

@@ -279,6 +279,14 @@ def test_start_end_and_label_of_gestures_are_enough(tmp_path, name):
     assert set(table["record"]) == {"a"}
 
 
+def test_gestures_with_frames_whose_times_are_no_seconds_are_rejected(tmp_path):
+    table = pd.DataFrame(
+        {"start_frame": [0], "end_frame": [20], "start_s": [0.0], "end_s": [2**31], "label": ["rest"]}
+    )
+    with pytest.raises(UserError, match=r"its times exceed 1e.06 s; convert them to seconds"):
+        user_tables.gestures(save(table, tmp_path / "bad.csv"), "a", LABELS)
+
+
 @pytest.mark.parametrize(
     ("rows", "message"),
     [

@@ -235,4 +235,6 @@ def test_every_draw_is_scored_and_named():
 
 def test_planned_phrases_are_found_by_their_draw():
     own = pd.concat([MADE.assign(system="s", variant="v", draw=draw) for draw in (0, 1)])
-    assert list(scores.planned([own])) == [scores.Scored("s", "v", "r", "planned", draw) for draw in (0, 1)]
+    assert list(scores.of_draws([own], "planned")) == [
+        scores.Scored("s", "v", "r", "planned", draw) for draw in (0, 1)
+    ]

@@ -97,6 +97,8 @@ def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
         if total == 0:  # because of the zeros, no path covers these frames
             with pytest.raises(ValueError, match="no path"):
                 hsmm.decode(model, observed, weight, censoring)
+            with pytest.raises(ValueError, match="no path"):
+                hsmm.sample(model, observed, rng, weight, censoring)
             assert hsmm.log_likelihood(model, observed, weight, censoring) == -np.inf
             continue
         path = hsmm.decode(model, observed, weight, censoring)
@@ -107,6 +109,41 @@ def test_decoding_and_likelihood_equal_the_enumeration_of_all_paths():
         assert likelihood == pytest.approx(math.log(total), abs=1e-9)
         compared += 1
     assert compared > 350
+
+
+def best_score(model, codes):
+    """The score of the best path, by the recursion over all states and durations of every frame."""
+    initial, transitions, emissions, durations = (
+        np.log(getattr(model, name)) for name in ("initial", "transitions", "emissions", "durations")
+    )
+    (n_states, n_bins), n_frames = durations.shape, len(codes)
+    heard = np.concatenate([np.zeros((n_states, 1)), np.cumsum(emissions[:, codes], axis=1)], axis=1)
+    ending = np.full((n_states, n_frames + 1), -np.inf)
+    for t in range(1, n_frames + 1):
+        for j in range(n_states):
+            for k in range(1, min(n_bins, t) + 1):
+                begun = initial[j] if k == t else max(ending[:, t - k] + transitions[:, j])
+                ending[j, t] = max(ending[j, t], begun + durations[j, k - 1] + heard[j, t] - heard[j, t - k])
+    return ending[:, -1].max()
+
+
+@pytest.mark.parametrize("n_bins", [8, 9, 16, 23, 40])
+def test_durations_at_the_floor_are_decoded_like_any_other(n_bins):
+    """The decoder handles all durations of the least probability at once. Here the labels ask for these durations."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        n_states = 3
+        durations = np.full((n_states, n_bins), 1e-6)
+        for row in durations:
+            row[rng.integers(n_bins, size=1 + n_bins // 8)] = rng.uniform(0.2, 1.0)
+        model = hsmm.HSMM(
+            states=("a", "b", "c"), symbols=("p", "q", "r"), initial=np.full(n_states, 1 / n_states),
+            transitions=rng.dirichlet(np.ones(n_states), n_states), durations=durations,
+            emissions=np.full((n_states, n_states), 1e-4) + np.eye(n_states),
+        )  # fmt: skip
+        codes = np.repeat(rng.integers(n_states, size=12), rng.integers(1, n_bins + 4, 12))
+        path = hsmm.decode(model, np.array(model.symbols, dtype=object)[codes])
+        assert path.log_score == pytest.approx(best_score(model, codes), abs=1e-8)
 
 
 @pytest.mark.parametrize("censoring", ["none", "right"])

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from cospeech.data import segments
 from cospeech.formats import bvh
+from cospeech.geometry import rotation
 from cospeech.motion import assembly, skeleton, smoothing, unit_selection
 
 FPS = 20.0
@@ -98,6 +99,33 @@ def test_smoothing_takes_the_jumps_out_and_leaves_the_middle_of_phrases():
     assert (after[starts][jumps] < 0.4 * before[starts][jumps]).all()
     far = smoothing.influence(starts, len(rough), 5) == 0
     pd.testing.assert_frame_equal(rough[far], smoothed[far])
+
+
+def world_turns(table):
+    """The angles in radians that arms and forearms turn by in the world from frame to frame, (T - 1, 4)."""
+    turned, _ = skeleton.chain(table[list(skeleton.ROOT_COLUMNS)].to_numpy(), skeleton.angles(table))
+    arms = turned[:, [skeleton.JOINTS.index(name) for name in skeleton.ARM_JOINTS]]
+    return np.radians(rotation.angles_deg(np.swapaxes(arms[:-1], -1, -2) @ arms[1:]))
+
+
+def test_blended_units_do_not_jump_and_move_no_faster_than_their_templates():
+    blended, selected, *_ = made(assembly.VELOCITY_PRESERVING)
+    rough = made("none")[0]
+    starts = assembly.boundaries(selected)
+    turned, cut = world_turns(blended), world_turns(rough)
+    inside = np.setdiff1d(np.arange(len(cut)), starts - 1)
+    assert (turned[inside] <= cut[inside] + 1e-9).all()
+    assert turned.max() <= cut[inside].max() + 1e-9 < cut.max()
+    kept = [column for column in blended if column not in skeleton.angle_columns(assembly.SYNTHESISED)]
+    pd.testing.assert_frame_equal(blended[kept], rough[kept])
+
+
+def test_a_single_unit_is_blended_into_nothing():
+    shown = segments.from_starts("ada_1", [0], ["left"], 150, FPS)
+    blended, rough = (
+        skeleton.rotations(skeleton.angles(made(name, shown)[0])) for name in (assembly.VELOCITY_PRESERVING, "none")
+    )
+    assert blended == pytest.approx(rough, abs=1e-9)
 
 
 def test_a_class_that_nobody_shows_is_bridged():

@@ -5,8 +5,8 @@ import pytest
 from dancer import motion
 from scipy.spatial.transform import Rotation
 
-from cospeech.motion import library
-from cospeech.motion.blending import Blender
+from cospeech.motion import library, skeleton
+from cospeech.motion.blending import LOWER_BODY, Blender
 from cospeech.motion.body import STANDARD, Body
 from cospeech.motion.library import Poses
 
@@ -63,7 +63,7 @@ def angles(a, b):
 def test_gap_never_grows_and_the_speed_is_that_of_the_recording(body, local, seed):
     rng = np.random.default_rng(seed)
     desired, before = excerpts(rng, body, n_segments=8, spread=(0.1, 0.3, 0.6, 3.0)[seed])
-    blender = Blender(body)
+    blender = Blender(body, together=())
     begin = wander(rng, 1, len(body.joints))[0]
     blender.start(begin.root_m[0], begin.rotations[0])
     shown = blender.steps(desired, before)
@@ -89,7 +89,7 @@ def test_gap_never_grows_and_the_speed_is_that_of_the_recording(body, local, see
 def test_blending_is_that_of_the_formula_written_with_scipy(body, local):
     rng = np.random.default_rng(9)
     desired, before = excerpts(rng, body)
-    blender = Blender(body)
+    blender = Blender(body, together=())
     start = wander(rng, 1, len(body.joints))[0]
     blender.start(start.root_m[0], start.rotations[0])
     frames = np.array([
@@ -106,6 +106,83 @@ def test_blending_is_that_of_the_formula_written_with_scipy(body, local):
             angle, speed = np.linalg.norm(gap), angles(d[joint][t], d_before[joint][t])
             r = Rotation.from_rotvec(gap * (min(1.0, speed / angle) if angle > 0 else 1.0)) * r
             assert angles(found[joint][t], r) < 1e-7  # rounding errors add up, since a joint may never arrive
+
+
+LOWER_JOINTS = [STANDARD.joints.index(name) for name in LOWER_BODY]
+
+LEG_M = np.linalg.norm(
+    STANDARD.offsets_m[[STANDARD.joints.index(f"left_{n}") for n in ("thigh", "shin", "foot")]], axis=1
+)
+
+
+def lower_body(a, b):
+    """The angles between the joints of the lower body in two series of poses; the last one stands for the roots."""
+    spaces = [blended_space(STANDARD, poses.rotations, HAND_JOINTS) for poses in (a, b)]
+    turned = [angles(spaces[0][joint], spaces[1][joint]) for joint in LOWER_JOINTS]
+    return np.array([*turned, np.linalg.norm(a.root_m - b.root_m, axis=1) / LEG_M.sum()])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_lower_body_covers_one_share_of_all_its_gaps_and_keeps_its_speed(seed):
+    rng = np.random.default_rng(seed)
+    desired, before = excerpts(rng, STANDARD, n_segments=8, spread=(0.1, 0.3, 0.6, 1.0)[seed])
+    start = wander(rng, 1, len(STANDARD.joints))[0]
+    blender = Blender(STANDARD)
+    blender.start(start.root_m[0], start.rotations[0])
+    shown = blender.steps(desired, before)
+    earlier = Poses(*(
+        np.concatenate([one, two[:-1]])
+        for one, two in ((start.root_m, shown.root_m), (start.rotations, shown.rotations))
+    ))  # fmt: skip
+    gap, gap_before = lower_body(shown, desired), lower_body(earlier, desired)
+    total = [np.sqrt((one**2).sum(axis=0)) for one in (gap_before, lower_body(desired, before), gap)]
+    share = np.minimum(1.0, total[1] / total[0])
+    assert gap == pytest.approx((1 - share) * gap_before, abs=1e-7)
+    assert (total[2] <= np.sqrt((lower_body(earlier, before) ** 2).sum(axis=0)) + TURN).all()
+    moved = np.sqrt((lower_body(shown, earlier) ** 2).sum(axis=0))
+    assert moved == pytest.approx(np.minimum(total[0], total[1]), abs=1e-7)
+    assert 0 < (share == 1).mean() < 1
+
+
+def crouching(knee_deg, shift_m):
+    """Poses whose feet stand at the same place: both knees bent, and the hips shifted to the side."""
+    angles = np.zeros((len(knee_deg), len(STANDARD.joints), 3))
+    upper, lower = LEG_M[1:]
+    bent = np.radians(knee_deg)
+    length = np.sqrt(upper**2 + lower**2 + 2 * upper * lower * np.cos(bent))
+    lean = np.arcsin(shift_m / length)
+    thigh = -np.degrees(np.arctan2(lower * np.sin(bent), upper + lower * np.cos(bent)))
+    for side in ("left", "right"):
+        for part, x in (("thigh", thigh), ("shin", knee_deg)):
+            angles[:, STANDARD.joints.index(f"{side}_{part}"), 0] = x
+    turned = skeleton.rotations(angles)
+    whole = skeleton.rotations(np.stack([0 * lean, 0 * lean, -np.degrees(lean)], axis=1))
+    for side in ("left", "right"):
+        joint = STANDARD.joints.index(f"{side}_thigh")
+        turned[:, joint] = whole @ turned[:, joint]
+    root = np.column_stack([shift_m, length * np.cos(lean) - upper - lower, np.zeros(len(lean))])
+    table = skeleton.motion_table(root, skeleton.euler(turned), 20.0)
+    return library.from_motion(table)
+
+
+def test_feet_that_stand_in_both_poses_stay_where_they_are():
+    phase = np.linspace(0, 4 * np.pi, 200)
+    poses = crouching(12 + 8 * np.sin(phase), 0.04 * np.cos(1.7 * phase))
+    feet = [STANDARD.joints.index(f"{side}_foot") for side in ("left", "right")]
+
+    def slip_m(shown):
+        places = STANDARD.world(shown.root_m, shown.rotations)[1][:, feet]
+        return np.linalg.norm(places - places[0], axis=2).max()
+
+    order = np.concatenate([np.arange(start, start + 20) for start in (100, 5, 150, 60, 20, 170)])
+    desired, before = poses.at(order), poses.at(order - 1)
+    slips = []
+    for together in (LOWER_BODY, ()):
+        blender = Blender(STANDARD, together=together)
+        blender.start(poses.root_m[0], poses.rotations[0])
+        slips.append(slip_m(blender.steps(desired, before)))
+    assert slip_m(poses) < 1e-9
+    assert slips[0] < 0.002 < 0.01 < slips[1]
 
 
 def test_steps_are_the_same_alone_and_together():

@@ -10,7 +10,7 @@ import yaml
 from PIL import Image
 
 from cospeech.data import tables
-from cospeech.evaluation import motion, recovery, sessions
+from cospeech.evaluation import motion, motion_quality, recovery, sessions
 from cospeech.report import exhibits as exhibits_of_report
 from cospeech.report import systems as reported
 from cospeech.workflow import job
@@ -142,6 +142,9 @@ def tables_of_a_run(tmp_path_factory):
     statistics, histograms = motion.statistics(motions, plausible.ACTORS, 40)
     run.write(statistics, "evaluation/motion_statistics.parquet", "motion_statistics")
     run.write(histograms, "evaluation/motion_histograms.parquet", "motion_histograms")
+    joins = {key: np.array([20, 45]) for key in motions if key[0] == PICTURED[0]}
+    quality = motion_quality.table(motions, joins, plausible.ACTORS)
+    run.write(quality, "evaluation/motion_quality.parquet", "motion_quality")
     run.write(recovery.table(plausible.recovery_rows()), "evaluation/recovery.parquet", "recovery")
     run.write(plausible.transplant(), "evaluation/transplant.parquet", "transplant")
     run.write(plausible.smoothing(), "animation/smoothing.parquet", "smoothing_trial")
@@ -149,6 +152,8 @@ def tables_of_a_run(tmp_path_factory):
     run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
     run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
     run.write(plausible.film_effect(), "evaluation/film_effect.parquet", "film_effect")
+    for name, (table, schema) in plausible.body_language().items():
+        run.write(table, f"synthesis/bodylanguage/main/ada_1/{name}.parquet", schema)
     for name in ("animation/stills", "animation/strip", "capture/rig"):
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"{name}.png")
     return run

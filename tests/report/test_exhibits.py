@@ -18,6 +18,7 @@ from cospeech.report.exhibits import (
     differences,
     leaderboard,
     motion,
+    motion_quality,
     phrases,
     pictures,
     recovery,
@@ -256,3 +257,24 @@ def test_videos_without_room_are_linked(tables_of_a_run):
     (shown,) = videos.embed([clip], budget=10**6)
     assert shown.data.startswith("data:video/mp4;base64,")
     assert shown.poster.startswith("data:image/jpeg;base64,")
+
+
+def test_motion_quality_is_shown_next_to_that_of_the_recorded_motion():
+    found = {
+        "joins_within": (np.nan, 97.5), "frames_within": (99.2, 98.0), "foot_speed": (0.004, 0.01),
+        "foot_slip": (0.002, 0.03), "off_floor": (0.0, 1.5), "trunk_depth": (0.001, 0.02),
+        "frames_deeper": (0.0, 2.0),
+    }  # fmt: skip
+    rows = [
+        {"system": system, "actor": "ada", "record": record, "quantity": quantity, "unit": "%", "fps": 20.0}
+        | {"value": values[place] + extra, "recorded": 96.9 if quantity == "joins_within" else values[0], "n": 10}
+        for quantity, values in found.items()
+        for record, extra in (("ada_1", 0.0), ("ada_2", 0.001))
+        for place, system in enumerate(("original", "hsmm"))
+    ]
+    drawn = motion_quality.draw(RUN, pd.DataFrame(rows))
+    assert len(drawn.numbers) == 14
+    table = motion_quality.table(RUN, drawn.numbers)
+    assert table.rows[0] == ["original", "–", "99.2", "4.5", "3.0", "0.0", "2.0", "0.00"]
+    assert table.rows[1][1:] == ["97.5 (recorded: 96.9)", "98.0", "10.5", "31.0", "1.5", "21.0", "2.00"]
+    assert len(table.headings) == len(table.rows[0])

@@ -234,3 +234,18 @@ def test_any_sound_has_one_frame_per_25_ms_and_bounded_values(length, seed):
     assert (np.abs(frames.gain) <= 1).all()
     # the peak lies in the range, or up to one sample outside if the limit itself is the peak
     assert ((frames.lag_s > 0.0025 - 1 / RATE) & (frames.lag_s < 1 / 60 + 1 / RATE)).all()
+
+
+@pytest.mark.parametrize("frame_s", [0.025, 0.06, 0.0333])
+@pytest.mark.parametrize("chunk", [1, 37, 400, 100_000])
+def test_a_stream_measures_the_frames_of_the_whole_sound_to_the_last_bit(frame_s, chunk):
+    how = SETTINGS | {"frame_s": frame_s}
+    for length in (300, 960, 8000 if chunk == 1 else 41_234):
+        samples = speech_like(3.0)[:length] + 0.01 * np.random.default_rng(length).normal(size=length)
+        stream = prosody.Stream(RATE, **how)
+        parts = [stream.push(samples[first : first + chunk]) for first in range(0, length, chunk)]
+        heard = [np.concatenate(values) for values in zip(*parts, stream.finish(), strict=True)]
+        n_frames = int(length / (frame_s * RATE) + 1e-6)
+        expected = prosody.measure(samples, RATE, **how) if n_frames else (np.empty(0),) * 3
+        assert len(heard[0]) == n_frames
+        assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(heard, expected, strict=True))

@@ -203,7 +203,8 @@ def test_syllables_are_those_of_a_second_implementation_that_sees_the_whole_soun
     if seed == 0:  # a vowel that lasts longer than a syllable may
         samples = np.concatenate([samples, voiced(2 * RATE, 130.0)])
     expected = reference_rows(reference_frames(samples))
-    expected[:, 3] = np.minimum(expected[:, 3], len(samples) / 80)
+    n_hops = len(samples) / 80
+    expected[:, 3] = np.where(expected[:, 3] > n_hops, n_hops + 1, expected[:, 3])
     found = columns(syllables.find(samples, RATE))
     assert len(found) == len(expected)
     first, peak, end, heard, *of_pitch, power = expected.T
@@ -262,7 +263,7 @@ def test_a_syllable_is_reported_at_the_sample_that_its_time_states_and_not_earli
     for n, syllable in enumerate(syllables.find(samples, RATE)):
         assert syllable.known_s >= syllable.end_s > syllable.start_s
         n_heard = round(syllable.known_s * RATE)
-        if n_heard == len(samples):
+        if n_heard > len(samples):  # the end of the sound reveals it
             continue
         stream = syllables.Stream(RATE)
         earlier = stream.push(samples[: n_heard - 1])
@@ -398,7 +399,7 @@ def test_short_sounds_end_where_they_end(n):
     found = syllables.find(voiced(n, 150.0), RATE)
     assert len(found) == (n == 4000)  # the others are shorter than a syllable
     for one in found:
-        assert one.peak_s <= one.end_s <= one.known_s == n / RATE
+        assert one.peak_s <= one.end_s <= n / RATE < one.known_s == n / RATE + 0.005
     table = syllables.table("x", found)
     tables.validate(table, "syllables", "x")
 

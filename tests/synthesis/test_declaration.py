@@ -60,9 +60,17 @@ def test_schemas_of_a_package_are_named_after_it():
         ({"drive": "backwards"}, "declares drive 'backwards'; known are own, shuffled, shifted"),
         ({"needs": "prosody"}, "declares needs 'prosody'; expected tuple"),
         ({"needs": ("prosody", "smell")}, "declares that it needs 'smell'; known are gestures, prosody_labels"),
-        ({"needs": ("gestures", "motion")}, "role 'system', but needs neither 'prosody_labels' nor 'prosody'"),
+        (
+            {"needs": ("gestures", "motion")},
+            "role 'system', but needs none of 'prosody_labels', 'prosody'",
+        ),
         ({"tables": ["states"]}, r"declares tables \['states'\]; expected mapping"),
         ({"tables": {"phrases": "segments"}}, "declares a table 'phrases' of its model; the name is reserved"),
+        ({"reports": {"motion": "segments"}}, "declares a table 'motion' among its reports; the name is reserved"),
+        (
+            {"reports": {"a": "a"}, "tables": {"a": "a"}},
+            "declares a table 'a' both of its model and among its reports",
+        ),
         ({"tables": {"states": "../hmm"}}, "declares the table 'states' with the schema '../hmm'"),
         ({"tables": {"states": None}}, "declares the table 'states' with the schema None"),
         ({"settings": 5}, "declares settings 5; expected mapping"),
@@ -102,6 +110,6 @@ def test_controls_that_depend_on_chance_are_drawn_repeatedly():
     system = declare()
     assert [control.draws for control in system.matched_controls()] == [DRAWS] * 2
     mover = declare(makes="motion")
-    assert [control.draws for control in mover.matched_controls()] == [1, 1]
+    assert [control.draws for control in mover.matched_controls()] == [DRAWS] * 2
     with pytest.raises(DeclarationError, match="declares 3 draws; only a control"):
         declare(draws=3)

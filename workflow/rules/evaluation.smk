@@ -1,9 +1,18 @@
 # Scores of every synthesised record and of synthesis sessions, and of what the virtual studio planted.
 
-# Phrases that are seen in motion lie in files of their own. Those that are planned share a table for each record, except
+# Phrases that are seen in the motion of units lie in files of their own. All others share a table for each record, except
 # that a system of another package and its controls have one of their own.
-SEEN = [*ANIMATED, ORIGINAL] if "motion" in BRINGS else []
-PLANNED_APART = makers(APART, "phrases")
+SEEN = [*makers(ANIMATED, "phrases"), ORIGINAL] if "motion" in BRINGS else []
+PLANNED_TABLES_OF = [PLANNED, *map(planned_apart, makers(APART, "phrases"))]
+SEEN_TABLES_OF = [
+    *([SEEN_IN_MADE] if makers(TOGETHER, "motion") else []),
+    *map(seen_apart, makers(APART, "motion")),
+]
+MOTION_SCORES = [
+    *([MADE_SCORES] if makers(TOGETHER, "motion") else []),
+    *([UNIT_SCORES] if "motion" in BRINGS else []),
+    *(scores_apart(name) for name in APART if name in ANIMATED),
+]
 
 # How a synthesised record is compared with the actual one.
 SCORING = {
@@ -19,16 +28,20 @@ SCORING = {
 rule record_scores:
     input:
         actual=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-        planned=[
-            path for table in [PLANNED, *map(planned_apart, PLANNED_APART)] for path in expand(table, record=RECORDS)
-        ],
+        planned=[path for table in PLANNED_TABLES_OF for path in expand(table, record=RECORDS)],
+        seen_draws=[path for table in SEEN_TABLES_OF for path in expand(table, record=RECORDS)],
+        motion=[path for table in MOTION_SCORES for path in expand(table, record=RECORDS)],
         swept=expand(f"{RESULTS}/evaluation/swept/{{record}}.parquet", record=RECORDS if SWEEP else []),
         seen=[path for system in SEEN for path in expand(made_by(system, "phrases_seen.parquet"), record=RECORDS)],
     output:
         scores=f"{RESULTS}/evaluation/record_scores.parquet",
     params:
         actors={record: actor_of(record) for record in RECORDS},
-        apart=[(system, variant_of(system), record) for system in PLANNED_APART for record in RECORDS],
+        apart=[
+            (system, variant_of(system), record, "planned" if SYSTEMS[system].makes == "phrases" else "seen")
+            for system in APART
+            for record in RECORDS
+        ],
         seen=[(system, variant_of(system), record) for system in SEEN for record in RECORDS],
         decoders={name: system.decoder for name, system in SYSTEMS.items() if system.drive != "own"},
         rules=SCORING,
@@ -64,15 +77,22 @@ if "motion" in BRINGS:
                 for system in ANIMATED
                 for record in RECORDS
             ],
+            units=[
+                path
+                for system in makers(ANIMATED, "phrases")
+                for path in expand(made_by(system, "units.parquet"), record=RECORDS)
+            ],
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
+            quality=f"{RESULTS}/evaluation/motion_quality.parquet",
         params:
             actors={record: actor_of(record) for record in RECORDS},
             animated=[(system, record) for system in ANIMATED for record in RECORDS],
+            assembled=[(system, record) for system in makers(ANIMATED, "phrases") for record in RECORDS],
             bins=config["evaluation"]["speed_bins"],
         message:
-            "speed, acceleration and jerk of original and synthesised motion"
+            "speed, acceleration, jerk and faults of original and synthesised motion"
         script:
             "../../scripts/evaluation/motion_statistics.py"
 

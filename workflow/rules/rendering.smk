@@ -41,10 +41,11 @@ def motion_outputs(systems):
 
 def motion_params(systems):
     return {
-        "planned": makers(systems, "phrases"),
+        "planned": [(system, variant_of(system)) for system in makers(systems, "phrases")],
         "making": makers(systems, "motion"),
         "settings": {key: ANIMATION[key] for key in ("continuity_weight", "smoothing")},
         "others": training_records,
+        "interior": config["evaluation"]["interior"],
     }
 
 
@@ -57,6 +58,7 @@ if "motion" in BRINGS:
         output:
             **motion_outputs(ANIMATED_TOGETHER),
             original=f"{RESULTS}/synthesis/{ORIGINAL}/main/{{record}}/phrases_seen.parquet",
+            scores=UNIT_SCORES,
         params:
             **motion_params(ANIMATED_TOGETHER),
         message:
@@ -77,6 +79,7 @@ if "motion" in BRINGS:
             output:
                 **motion_outputs(animated),
                 original=[],
+                scores=scores_apart(name) if SYSTEMS[name].makes == "phrases" else [],
             params:
                 **motion_params(animated),
             message:

@@ -54,6 +54,7 @@ def inputs_of(systems):
         "prosody": prosody_of_fold if needed(systems, "prosody") else [],
         "syllables": syllables_of_fold if needed(systems, "syllables") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
+        "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet" if makers(systems, "motion") else [],
         # One table represents everything that was planted, as one job writes it all.
         "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
     }
@@ -94,7 +95,10 @@ rule systems:
             for system in makers(ANIMATED_TOGETHER, "phrases")
             if "motion" in BRINGS
         ],
+        made=[made_by(system, "motion.parquet") for system in makers(TOGETHER, "motion")],
         planned=PLANNED,
+        seen=SEEN_IN_MADE if makers(TOGETHER, "motion") else [],
+        scores=MADE_SCORES if makers(TOGETHER, "motion") else [],
     params:
         **params_of(TOGETHER, apart=False),
         actor=actor_of_fold,
@@ -116,6 +120,8 @@ for name in APART:
             made=[made_by(system, f"{SYSTEMS[system].makes}.parquet") for system in [name, *SYSTEMS[name].controls]],
             decoding=[made_by(system, "decoding.parquet") for system in [name, *SYSTEMS[name].controls]],
             planned=planned_apart(name) if SYSTEMS[name].makes == "phrases" else [],
+            seen=seen_apart(name) if SYSTEMS[name].makes == "motion" else [],
+            scores=scores_apart(name) if SYSTEMS[name].makes == "motion" else [],
         params:
             **params_of([name, *SYSTEMS[name].controls], apart=True),
             actor=actor_of_fold,

@@ -83,9 +83,32 @@ def planned_apart(system):
     return f"{RESULTS}/evaluation/planned/{system}/{{record}}.parquet"
 
 
+# The same of what is seen in the motion that systems made themselves, in all draws, and how well this motion fits the
+# recorded one.
+SEEN_IN_MADE = f"{RESULTS}/evaluation/seen/{{record}}.parquet"
+MADE_SCORES = f"{RESULTS}/evaluation/motion_scores/made/{{record}}.parquet"
+UNIT_SCORES = f"{RESULTS}/evaluation/motion_scores/units/{{record}}.parquet"
+
+
+def seen_apart(system):
+    """The phrases seen in the motion that a system of another package and its controls made, with all draws of these."""
+    return f"{RESULTS}/evaluation/seen/{system}/{{record}}.parquet"
+
+
+def scores_apart(system):
+    """The scores of the motion of a system of another package and its controls."""
+    return f"{RESULTS}/evaluation/motion_scores/{system}/{{record}}.parquet"
+
+
 WRITTEN_WITH = {
     made_by(system, "phrases.parquet").format(record=record): PLANNED.format(record=record)
     for system in makers(TOGETHER, "phrases")
+    for record in RECORDS
+} | {
+    made_by(system, f"{table}.parquet").format(record=record): PLANNED.format(record=record)
+    for system in TOGETHER
+    if SYSTEMS[system].drive == "own" and SYSTEMS[system].model == system
+    for table in [*SYSTEMS[system].tables, *SYSTEMS[system].reports]
     for record in RECORDS
 }
 

@@ -1,9 +1,9 @@
-"""The argument parser that all commands share."""
+"""The argument parser that all commands share, and the types of their arguments."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 
@@ -36,3 +36,14 @@ class Parser(argparse.ArgumentParser):
         if self.forwarded:
             setattr(parsed, self.forwarded, rest)
         return parsed, unknown
+
+
+def whole_number(least: int) -> Callable[[str], int]:
+    """Return the type of an argument that is a whole number, ``least`` or greater."""
+
+    def number(text: str) -> int:
+        if not (text.isascii() and text.isdecimal() and int(text) >= least):
+            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number, {least} or greater")
+        return int(text)
+
+    return number

@@ -13,8 +13,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from cospeech.commands.messages import note, note_compilation
+from cospeech.commands.parser import whole_number
 from cospeech.errors import UserError
-from cospeech.kernels import numba_cache
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,9 +57,6 @@ results/<run>/models/<system>/<variant>/<actor>."""
 
 MOST_VIDEO_FPS, VIDEO_HEIGHT_PX = 30.0, 540
 
-COMPILING_S = 10
-"""Time in seconds that the first compilation takes, roughly."""
-
 TERMINATED = 143
 """Exit status after SIGTERM, as shells define it."""
 
@@ -89,10 +87,12 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         metavar="FORMAT[,...]",
         help=f"what to write: {', '.join(FORMATS)} (default: all of them)",
     )
-    parser.add_argument("--seed", type=_seed, metavar="N", help="seed of random draws (default: that of the model)")
+    parser.add_argument(
+        "--seed", type=whole_number(0), metavar="N", help="seed of random draws (default: that of the model)"
+    )
     parser.add_argument(
         "--channel",
-        type=_channel,
+        type=whole_number(1),
         metavar="N",
         help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
     )
@@ -114,26 +114,13 @@ def _formats(text: str) -> list[str]:
     return names
 
 
-def _seed(text: str) -> int:
-    if not (text.isascii() and text.isdecimal()):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number, 0 or greater")
-    return int(text)
-
-
-def _channel(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number, 1 or greater")
-    return int(text)
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Synthesize every file, and return 1 if this failed for one of them."""
     twice = [stem for stem, count in Counter(path.stem for path in arguments.files).items() if count > 1]
     if twice:
         arguments.error(f"two files are called '{twice[0]}', and so would their results; give them to two calls")
     formats = list(dict.fromkeys(arguments.format or FORMATS))
-    if not numba_cache.is_filled():
-        note(f"compiling the inner loops, which takes about {COMPILING_S} s, only this time")
+    note_compilation()
     from cospeech import api  # not above: it loads pandas and the compiled kernels
     from cospeech.data import tables
 
@@ -152,11 +139,6 @@ def run(arguments: argparse.Namespace) -> int:
                 failed = True
                 note(str(error))
     return int(failed)
-
-
-def note(line: str) -> None:
-    """Write one line to stderr: file names alone go to stdout."""
-    print(f"cospeech: {line}", file=sys.stderr, flush=True)
 
 
 @contextmanager

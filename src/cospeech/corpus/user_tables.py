@@ -301,6 +301,7 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
     table = table.astype({"start_frame": np.int64, "end_frame": np.int64})
     segments.check(table, str(path))
     frames, seconds = table[["start_frame", "end_frame"]].to_numpy(), table[["start_s", "end_s"]].to_numpy()
+    _check_times(seconds, path)
     period_s = float(seconds[-1, 1] / frames[-1, 1])
     disagree = (np.abs(frames * period_s - seconds) > period_s / 2).any(axis=1) | (period_s <= 0)
     if disagree.any():
@@ -308,6 +309,11 @@ def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
         raise UserError(f"{path}: segment {row}: its frames and times disagree; use one frame rate for all segments")
     n_frames = int(table["end_frame"].iloc[-1])
     return segments.from_starts(record, table["start_frame"], table["label"], n_frames, round(1 / period_s, 6))
+
+
+def _check_times(times_s: Floats, path: str | Path) -> None:
+    if np.abs(times_s).max() > MAX_TIME_S:
+        raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
 
 
 def syllables(path: str | Path, record: str) -> pd.DataFrame:
@@ -344,8 +350,7 @@ def syllables(path: str | Path, record: str) -> pd.DataFrame:
 def _segments_by_time(supplied: pd.DataFrame, record: str, path: str | Path) -> pd.DataFrame:
     """Return segments that are given by their times alone, on a grid of milliseconds."""
     times = _numbers(supplied, ["start_s", "end_s"], path, "segment")
-    if np.abs(times.to_numpy()).max() > MAX_TIME_S:
-        raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
+    _check_times(times.to_numpy(), path)
     edges = np.round(times.to_numpy() * TIME_GRID_HZ).astype(np.int64)
     order = np.argsort(edges[:, 0], kind="stable")
     edges, labels = edges[order], supplied["label"].to_numpy()[order]

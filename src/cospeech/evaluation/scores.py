@@ -17,7 +17,10 @@ from cospeech.metrics import agreement, boundaries, similarity
 
 PARTS = ("whole", "interior")
 
-BETTER = {"S": 1, "D": -1, "boundary_f1": 1, "frames_right": 1, "kappa": 1, "phrase_ratio": 0}
+BETTER = {
+    **{"S": 1, "D": -1, "boundary_f1": 1, "frames_right": 1, "kappa": 1, "phrase_ratio": 0},
+    "hand_speed_r": 1,
+}
 """The measures, and whether more of each is better (1), less (-1), or neither (0: a ratio ought to be 1)."""
 
 
@@ -79,14 +82,37 @@ class Scored(NamedTuple):
     draw: int = 0
 
 
-def planned(tables: Iterable[pd.DataFrame]) -> dict[Scored, pd.DataFrame]:
-    """Return the phrases of each system, variant, record and draw in tables of schema ``planned_phrases``."""
+def of_draws(tables: Iterable[pd.DataFrame], phrases: str) -> dict[Scored, pd.DataFrame]:
+    """Return the phrases of each system, variant, record and draw in tables of schema ``planned_phrases``.
+
+    Parameters
+    ----------
+    phrases : ``planned`` or ``seen``.
+    """
     found = {}
     for table in tables:
         for key, own in table.groupby(["system", "variant", "record", "draw"], sort=False):
             system, variant, record, draw = key
-            found[Scored(str(system), str(variant), str(record), "planned", int(str(draw)))] = own
+            found[Scored(str(system), str(variant), str(record), phrases, int(str(draw)))] = own
     return found
+
+
+def with_motion(scores: pd.DataFrame, motion: Iterable[pd.DataFrame], actors: Mapping[str, str]) -> pd.DataFrame:
+    """Return the table ``record_scores`` with the scores of the motion of the same systems and records added.
+
+    Parameters
+    ----------
+    scores : the table, as ``table`` returns it.
+    motion : tables of schema ``motion_scores``.
+    actors : the actor of each record.
+    """
+    known = scores.loc[scores["phrases"] == "seen", ["system", "variant", "record"]].drop_duplicates()
+    rows = pd.concat(motion, ignore_index=True).merge(known)
+    rows = rows.assign(phrases="seen", actor=rows["record"].map(actors), gesture=None, bin_s=np.nan)
+    for count in ("n_actual", "n_synthesised"):
+        rows[count] = pd.array([pd.NA] * len(rows), dtype="Int64")
+        scores = scores.assign(**{count: scores[count].astype("Int64")})
+    return pd.concat([scores, rows[scores.columns]], ignore_index=True)
 
 
 def table(

@@ -83,7 +83,7 @@ class Document:
         ------
         UserError : if the file has two tiers of this name, or an annotation with a label has no time.
         """
-        (tier, *more) = [tier for tier in self._tiers if tier.get("TIER_ID") == name]
+        (tier, *more) = [tier for tier in self._tiers if tier.get("TIER_ID", "") == name]
         if more:
             raise UserError(f"{self._path}: has two tiers called '{name}'; rename one of them")
         intervals, before = [], len(self._placed)

@@ -3,6 +3,13 @@
 Stretching and bridging interpolate rotations along the shortest arc (spherical linear interpolation), which is not
 affected by the jump from 180 to -180 degrees and the gimbal lock of Euler angles. The joined motion is converted to
 continuous Euler angles, to which the filters of figure 6.3 are applied.
+
+Instead of a filter, the velocity-preserving blending of Levine 2009 can be chosen (``VELOCITY_PRESERVING``). It is
+not the default. It was made for segments that begin and end slowly, and many gesture phrases do not. On the eight
+records of the demo, with the system hsmm_weighted, the accelerations at 57 % of the joins stay within those of the
+recorded motion (``joins_within`` in the table ``motion_quality``), compared with 98 % for the exponential filter and
+34 % for no filter. And since a unit may end before the arms have reached its poses, the gesture class that is
+recognised in the motion is the planned one in 86 % of the frames, compared with 92 %.
 """
 
 from __future__ import annotations
@@ -15,8 +22,13 @@ import pandas as pd
 
 from cospeech.data.arrays import Floats
 from cospeech.geometry import rotation
-from cospeech.motion import euler, skeleton, smoothing
+from cospeech.motion import euler, library, skeleton, smoothing
+from cospeech.motion.body import STANDARD
+from cospeech.motion.library import Poses
 from cospeech.motion.unit_selection import Templates
+
+VELOCITY_PRESERVING = "velocity_preserving"
+"""The name that selects blending in place of a filter (see ``blending``)."""
 
 SYNTHESISED = (*skeleton.ARM_JOINTS, "left_hand", "right_hand")
 """The joints that are synthesised; all others keep the motion of the record (chapter 6, end)."""
@@ -55,20 +67,37 @@ def join(units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFram
     Phrases without a template are interpolated between the last pose before and the first pose after them. At the
     ends of the record, the nearest pose is held.
     """
+    return euler.follow(skeleton.euler(_played(units, pool, motions, n_frames)[0]))
+
+
+def _played(
+    units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFrame], n_frames: int
+) -> tuple[Floats, Floats]:
+    """Return the rotations (T, J, 3, 3) of the synthesised joints, and those one frame earlier in the recordings.
+
+    What precedes a template in its recording is not shown, but says how fast the template begins.
+    """
     recorded = {
         record: skeleton.rotations(skeleton.angles(motion, SYNTHESISED)) for record, motion in motions.items()
     }
     spans = pool.table.set_index(["record", "segment"])[["first_frame", "end_frame"]]
     shown = units[units["template_record"].notna()]
     joined = np.zeros((n_frames, len(SYNTHESISED), 3, 3))
+    earlier = np.zeros_like(joined)
     filled = np.zeros(n_frames, dtype=bool)
     for record, segment, start, stop in zip(
         shown["template_record"], shown["template_segment"], shown["start_frame"], shown["end_frame"], strict=True
     ):
         first, end = spans.loc[(record, segment)]
         joined[start:stop] = stretch(recorded[record][first:end], stop - start)
+        earlier[start + 1 : stop] = joined[start : stop - 1]
+        pace = (end - 1 - first) / (stop - start - 1) if stop - start > 1 else 1.0
+        earlier[start] = interpolate(recorded[record], np.array([max(first - pace, 0.0)]))[0]
         filled[start:stop] = True
-    return euler.follow(skeleton.euler(_bridge(joined, filled)))
+    joined = _bridge(joined, filled)
+    bridged = np.flatnonzero(~filled)
+    earlier[bridged] = joined[np.maximum(bridged - 1, 0)]
+    return joined, earlier
 
 
 def _bridge(rotations: Floats, filled: npt.NDArray[np.bool_]) -> Floats:
@@ -99,13 +128,37 @@ def motion(
     pool : the templates that the units refer to.
     motions : motion tables of the training records.
     own : motion table of the record itself, for hips, spine, head and legs.
-    filter, window : smoothing around phrase boundaries, see ``smoothing.smooth``.
+    filter, window : smoothing around phrase boundaries, see ``smoothing.smooth``, or ``VELOCITY_PRESERVING``, which
+        needs no window.
     """
-    angles = join(units, pool, motions, len(own))
-    smoothed = smoothing.around_boundaries(angles, boundaries(units), filter, window)
+    if filter == VELOCITY_PRESERVING:
+        joined = blended(units, pool, motions, own)
+    else:
+        angles = join(units, pool, motions, len(own))
+        joined = smoothing.around_boundaries(angles, boundaries(units), filter, window)
     made = own.copy()
-    made[skeleton.angle_columns(SYNTHESISED)] = smoothed.reshape(len(own), -1)
+    made[skeleton.angle_columns(SYNTHESISED)] = joined.reshape(len(own), -1)
     return made
+
+
+def blended(units: pd.DataFrame, pool: Templates, motions: Mapping[str, pd.DataFrame], own: pd.DataFrame) -> Floats:
+    """Return the continuous Euler angles (T, J, 3) in degrees of the synthesised joints, with units blended.
+
+    Each unit begins in the pose that the last one ended in, and the joints turn toward its poses as fast as it moves
+    itself (see ``blending``). The parameters are those of ``motion``.
+    """
+    from cospeech.motion.blending import Blender  # compiled, and needed only here
+
+    body = library.from_motion(own)
+    joints = [skeleton.JOINTS.index(name) for name in SYNTHESISED]
+    before = np.maximum(np.arange(-1, len(own) - 1), 0)
+    whole = []
+    for kept, rotations in zip((body, body.at(before)), _played(units, pool, motions, len(own)), strict=True):
+        turned = kept.rotations.copy()
+        turned[:, joints] = rotation.to_quaternions(rotations)
+        whole.append(Poses(kept.root_m, turned))
+    shown = Blender(STANDARD).steps(*whole)
+    return euler.follow(skeleton.euler(rotation.from_quaternions(shown.rotations[:, joints])))
 
 
 def trial(

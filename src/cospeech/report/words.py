@@ -46,6 +46,9 @@ MEASURES = {
     ),
     "frames_right": Measure("frames correct", "", "more", "share of frames with the correct gesture"),
     "kappa": Measure("kappa", "", "more", "agreement of the frames beyond chance (Cohen)"),
+    "hand_speed_r": Measure(
+        "hand speed r", "", "more", "correlation of the hands' speed with that of the recorded hands"
+    ),
 }
 
 SCENARIOS = {

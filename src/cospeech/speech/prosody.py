@@ -67,19 +67,93 @@ def measure(
     ------
     UserError : if the sound is shorter than a frame, or the window is too short for the lowest pitch.
     """
-    width = round(window_s * rate_hz)
     n_frames = int(len(samples) / (frame_s * rate_hz) + 1e-6)
     if n_frames < 1:
         raise UserError(f"the sound lasts {len(samples) / rate_hz:.3f} s, less than one frame of {frame_s} s")
+    width, lags = _window(rate_hz, window_s, pitch_min_hz, pitch_max_hz)
+    first = _first_samples(np.arange(n_frames), frame_s * rate_hz, width)
+    return _measure(samples, first, width, lags, rate_hz)
+
+
+class Stream:
+    """Measures sound that arrives in chunks, in constant memory; each frame is that of ``measure``, to the last bit.
+
+    A frame is measured as soon as its window is complete.
+
+    Parameters
+    ----------
+    rate_hz, frame_s, window_s, pitch_min_hz, pitch_max_hz : as for ``measure``.
+
+    Raises
+    ------
+    UserError : if the window is too short for the lowest pitch.
+    """
+
+    def __init__(
+        self, rate_hz: float, *, frame_s: float, window_s: float, pitch_min_hz: float, pitch_max_hz: float
+    ) -> None:
+        self._rate_hz, self._hop = rate_hz, frame_s * rate_hz
+        self._width, self._lags = _window(rate_hz, window_s, pitch_min_hz, pitch_max_hz)
+        self._kept = np.empty(0)
+        self._n_gone = 0
+        self._n_measured = 0
+
+    def push(self, samples: Floats) -> Frames:
+        """Continue the stream by samples (n,), full scale 1, and return the frames that are complete now."""
+        self._kept = np.concatenate([self._kept, samples])
+        n_heard = self._n_gone + len(self._kept)
+        end = self._n_measured
+        while n_heard >= max(self._first(end) + self._width, (end + 1) * self._hop - 1e-6):
+            end += 1
+        return self._take(end)
+
+    def finish(self) -> Frames:
+        """End the stream, and return its last frames, whose windows reach beyond the end."""
+        n_heard = self._n_gone + len(self._kept)
+        return self._take(int(n_heard / self._hop + 1e-6))
+
+    def _first(self, frame: int) -> int:
+        return int(_first_samples(np.array([frame]), self._hop, self._width)[0])
+
+    def _take(self, end: int) -> Frames:
+        """Return the frames before ``end`` that were not returned yet, and forget what later ones do not need."""
+        if end <= self._n_measured:
+            return Frames(np.empty(0), np.empty(0), np.empty(0))
+        first = _first_samples(np.arange(self._n_measured, end), self._hop, self._width) - self._n_gone
+        frames = _measure(self._kept, first, self._width, self._lags, self._rate_hz)
+        self._n_measured = end
+        n_old = min(max(self._first(end) - self._n_gone, 0), len(self._kept))
+        self._kept, self._n_gone = self._kept[n_old:].copy(), self._n_gone + n_old
+        return frames
+
+
+def _window(
+    rate_hz: float, window_s: float, pitch_min_hz: float, pitch_max_hz: float
+) -> tuple[int, npt.NDArray[np.int64]]:
+    """Return the length of the window and the lags of the pitch range in samples.
+
+    There is one more lag at each end, to tell whether a limit is a peak.
+    """
+    width = round(window_s * rate_hz)
     shortest, longest = int(np.ceil(rate_hz / pitch_max_hz)), int(rate_hz / pitch_min_hz)
     if longest + 1 >= width or shortest < 2:
         raise UserError(
             f"speech: a window of {window_s} s at {rate_hz} Hz cannot resolve pitch from {pitch_min_hz} to "
             f"{pitch_max_hz} Hz; increase pitch_min_hz, decrease pitch_max_hz, or increase window_s"
         )
-    first = np.round((np.arange(n_frames) + 0.5) * frame_s * rate_hz).astype(np.int64) - width // 2
-    lags = np.arange(shortest - 1, longest + 2)  # one more lag at each end, to tell whether a limit is a peak
-    blocks = [slice(k, k + BLOCK_FRAMES) for k in range(0, n_frames, BLOCK_FRAMES)]
+    return width, np.arange(shortest - 1, longest + 2)
+
+
+def _first_samples(frames: npt.NDArray[np.int64], hop: float, width: int) -> npt.NDArray[np.int64]:
+    """Return the first sample of the window of each frame (n,), for frames of ``hop`` samples."""
+    return np.round((frames + 0.5) * hop).astype(np.int64) - width // 2
+
+
+def _measure(
+    samples: Floats, first: npt.NDArray[np.int64], width: int, lags: npt.NDArray[np.int64], rate_hz: float
+) -> Frames:
+    """Measure the frames whose windows begin at the samples ``first`` (n,), ascending."""
+    blocks = [slice(k, k + BLOCK_FRAMES) for k in range(0, len(first), BLOCK_FRAMES)]
     parts = [_measure_block(*_windows(samples, first[block], width), lags) for block in blocks]
     intensity, lag, gain = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Frames(intensity, lag / rate_hz, gain)

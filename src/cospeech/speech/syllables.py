@@ -59,7 +59,8 @@ class Syllable(NamedTuple):
     Attributes
     ----------
     start_s, peak_s, end_s : its start, the peak of its intensity, and its end.
-    known_s : when it is reported to a live listener: the duration of the sound heard until then.
+    known_s : when it is reported to a live listener: the duration of the sound heard until then. If only the end of
+        the sound reveals the syllable, it is known a hop (5 ms) after it.
     f0_hz : mean pitch, NaN if unvoiced.
     f0_rise_hz, f0_fall_hz : largest rise and largest fall of the pitch within it, NaN if unvoiced.
     intensity_db : mean power, relative to full scale.
@@ -135,7 +136,7 @@ def _syllable(row: tuple[Any, ...], end_s: float | None) -> Syllable:
     first, peak, after, known, f0_hz, rise_hz, fall_hz, power = row
     after_s, known_s = after * kernels.HOP_S, known * kernels.HOP_S
     if end_s is not None:
-        after_s, known_s = min(after_s, end_s), min(known_s, end_s)
+        after_s, known_s = min(after_s, end_s), end_s + kernels.HOP_S
     peak_s = min((peak + 0.5) * kernels.HOP_S, after_s)
     return Syllable(
         first * kernels.HOP_S, peak_s, after_s, known_s, f0_hz, rise_hz, fall_hz, 10.0 * math.log10(power)

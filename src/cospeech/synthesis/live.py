@@ -13,7 +13,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.errors import UserError
 from cospeech.motion import library
+from cospeech.motion.body import STANDARD
 from cospeech.synthesis.declaration import Output
 from cospeech.synthesis.interface import Model, Speech, Synthesis, decoding, phrases_of
 
@@ -81,9 +83,10 @@ def frames(speech: Speech) -> Iterator[Heard]:
 
 
 def by_frame(speech: Speech) -> dict[int, list[dict[str, float]]]:
-    """Return the syllables that become known with each prosody frame: the one during which, or at whose end, they do.
+    """Return the syllables that become known with each prosody frame; see ``frame_known``.
 
-    Those that become known when the speech ends, after its last whole frame, are known with its last frame.
+    Those that become known only because the speech ends belong to no frame: a live listener notices the end when all
+    frames are over.
     """
     known: dict[int, list[dict[str, float]]] = {}
     if speech.syllables is None:
@@ -91,8 +94,7 @@ def by_frame(speech: Speech) -> dict[int, list[dict[str, float]]]:
     numbers = speech.syllables.select_dtypes("number").astype(float)
     at = frame_known(numbers["known_s"].to_numpy(), speech.frame_s)
     for frame, row in zip(at.tolist(), numbers.to_numpy().tolist(), strict=True):
-        heard = dict(zip(numbers.columns, row, strict=True))
-        known.setdefault(min(frame, speech.n_frames - 1), []).append(heard)
+        known.setdefault(frame, []).append(dict(zip(numbers.columns, row, strict=True)))
     return known
 
 
@@ -111,15 +113,26 @@ def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, se
     parts = [part for part in (*steps, method.end(state, speech)) if len(part)]
     row = decoding(speech, driving_record=speech.driving_record, shift_s=speech.shift_s)
     if makes == "phrases":
-        made = pd.concat([pd.DataFrame(part) for part in parts], ignore_index=True)
+        made = pd.concat([pd.DataFrame(part, columns=["start_frame", "label"]) for part in parts], ignore_index=True)
         return Synthesis(row, phrases=phrases_of(speech, made["start_frame"], made["label"]))
     return Synthesis(row, motion=motion_table(parts, speech.motion_fps))
 
 
 def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:
-    """Return the motion table of frames that were made one after another, as tables or as poses."""
+    """Return the motion table of frames that were made one after another, as tables or as poses.
+
+    Raises
+    ------
+    UserError : if the poses are of another body than that of motion tables.
+    """
     tables = [part for part in parts if isinstance(part, pd.DataFrame)]
     if len(tables) == len(parts):
         return pd.concat(tables, ignore_index=True)
     rows = np.concatenate([np.asarray(part) for part in parts])
-    return library.to_motion(library.Poses.from_frames(rows), fps)
+    poses = library.Poses.from_frames(rows)
+    if poses.rotations.shape[1] != len(STANDARD.joints):
+        raise UserError(
+            f"the model moves another body, of {poses.rotations.shape[1]} joints, which a motion table cannot "
+            "describe; run it with 'cospeech live'"
+        )
+    return library.to_motion(poses, fps)

@@ -93,7 +93,8 @@ def columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
     """Return the measures of a leaderboard in their order, S once for each bin width."""
     bins = sorted(board["bin_s"].dropna().unique())
     heads: list[tuple[str, float | None]] = []
-    for name in words.MEASURES:
+    known = set(board["measure"])
+    for name in (name for name in words.MEASURES if name in known):
         heads += [(name, bin_s) for bin_s in bins] if name == "S" else [(name, None)]
     return heads
 

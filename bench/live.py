@@ -1,0 +1,216 @@
+"""Measure live motion: processing per 25 ms of sound, and the delay over the loopback interface: python bench/live.py
+
+Ten minutes of studio voices are heard in chunks of 25 ms, as by ``cospeech live``, garbage collection included.
+
+- *Processor time* per chunk: hearing and system; then the same with the packets of the VMC protocol. Goal: 60 us at
+  the 99th percentile for systems that run live. *Elapsed* is the time on the clock, which shows what else the machine
+  does unless this process has a core of its own.
+- *Loopback*: a thread writes sound to a pipe in blocks of 10 ms, as a microphone would, and another one receives the
+  packets. The delay is that of each frame after the sound at its time: it contains the time until the block and the
+  prosody frame are complete (at most 35 ms), but not the analysis window of a syllable.
+- *Syllables*: from the peak of a syllable until it is known.
+
+The stand-in moves through a recording with the blending of ``motion.blending``. ``hsmm_sampled`` is the bundled
+model, which decodes the last minute again at every tenth chunk. The others are trained on three minutes of a studio
+actor, if they are installed.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import socket
+import struct
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from syllables import studio
+
+from cospeech import api
+from cospeech.api import ActorModel
+from cospeech.data.arrays import Floats
+from cospeech.errors import UserError
+from cospeech.formats import bvh, sound
+from cospeech.live import engine, performing
+from cospeech.live.sound import Pcm, Pipe
+from cospeech.live.vmc import Packets, Vmc
+from cospeech.motion import library
+from cospeech.motion.blending import Blender
+from cospeech.motion.body import STANDARD
+from cospeech.studio import cast, motion, script, voice
+from cospeech.synthesis.declaration import System
+from cospeech.synthesis.session import Trained
+
+RATE_HZ, CHUNK, SECONDS, LOOPBACK_S, SEED = 16000, 400, 600, 60, 2012
+BLOCK_S = 0.01
+SYSTEMS = ("controller", "bodylanguage")
+
+
+class StandIn:
+    """A live system that moves to another place of a recording with every syllable."""
+
+    def start(self, model: Any, stream: Any, seed: int) -> dict[str, Any]:  # noqa: ARG002
+        """Return the state before anything is heard."""
+        return {"poses": model, "blender": Blender(STANDARD), "place": 1, "n": 0, "fps": stream.motion_fps}
+
+    def step(self, state: dict[str, Any], heard: Any) -> Floats:
+        """Return the frames up to the time that has been heard."""
+        for syllable in heard.syllables:
+            state["place"] = 1 + int(1000 * syllable["peak_s"]) % 900
+        return self._frames(state, int((heard.frame + 1) * 0.025 * state["fps"] + 0.5))
+
+    def end(self, state: dict[str, Any], speech: Any) -> Floats:
+        """Return the last frames."""
+        return self._frames(state, speech.n_motion_frames)
+
+    def _frames(self, state: dict[str, Any], end: int) -> Floats:
+        poses, rows = state["poses"], np.empty((max(end - state["n"], 0), 71))
+        for row in rows:
+            here = state["place"] = state["place"] % (len(poses.root_m) - 1) + 1
+            row[:] = state["blender"].step(
+                poses.root_m[here], poses.rotations[here], poses.root_m[here - 1], poses.rotations[here - 1]
+            )
+        state["n"] = max(end, state["n"])
+        return rows
+
+
+def stand_in() -> ActorModel:
+    """Return the bundled model with the stand-in for its system."""
+    model = api.load_model()
+    system = System(
+        name="stand-in", title="Stand-in", method="cospeech.bench", needs=("syllables",), makes="motion", live=True
+    )
+    poses = library.from_motion(next(iter(model.motions.values())))
+    return model._replace(system=system, trained=Trained(StandIn(), poses))
+
+
+def actor_records(folder: Path) -> list[api.Record]:
+    """Return three minutes of a studio actor."""
+    actor = cast.member("ada", SEED, 0.025, 10.0)
+    records = []
+    for name in ("talk_1", "talk_2", "talk_3"):
+        gestures, prosody = script.write(actor, name, 60.0, 0.8, 0.025, SEED)
+        samples, _ = voice.speak(name, prosody, "Female2", "memory", 0.025, SEED)
+        sound.write(samples, folder / f"{name}.wav")
+        bvh.write(motion.perform("ada", name, gestures, prosody, 25.0, SEED), folder / f"{name}.bvh")
+        records.append(api.load_record(folder / f"{name}.bvh", folder / f"{name}.wav"))
+    return records
+
+
+def models() -> list[ActorModel]:
+    """Return the models to measure."""
+    found = [stand_in(), api.load_model()]
+    with tempfile.TemporaryDirectory() as folder:
+        records = actor_records(Path(folder))
+    for name in SYSTEMS:
+        try:
+            found.append(api.train(records, name))
+        except UserError as error:
+            print(f"{name} is left out: {error}")
+    return found
+
+
+def processing(model: ActorModel, samples: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return processor time without and with VMC packets, and elapsed time, of each chunk in us."""
+    hearing = engine.listening(model, RATE_HZ)
+    performer = performing.performer(model, hearing, 0)
+    packets = Packets(performer.body)
+    chunks = [samples[first : first + CHUNK] for first in range(0, len(samples), CHUNK)]
+    times = np.empty((3, len(chunks)))
+    gc.collect()
+    gc.freeze()
+    for place, chunk in enumerate(chunks):
+        begin_s, begin = time.perf_counter_ns(), time.thread_time_ns()
+        frames = [performer.step(heard) for heard in hearing.push(chunk)]
+        made = time.thread_time_ns()
+        for made_now in frames:
+            for pose in made_now:
+                packets.fill(0.0, pose)
+        sent = time.thread_time_ns()
+        times[:, place] = made - begin, sent - begin, time.perf_counter_ns() - begin_s
+    gc.unfreeze()
+    return times[0] / 1000, times[1] / 1000, times[2] / 1000
+
+
+def loopback(model: ActorModel, samples: Floats) -> tuple[Floats, str]:
+    """Return the delay of each frame in ms, and the line about syllables."""
+    ends = os.pipe()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(2.0)
+        arrived: list[tuple[float, float]] = []
+        begun: list[float] = []
+        threads = [
+            threading.Thread(target=target, args=arguments)
+            for target, arguments in ((speak, (ends[1], samples, begun)), (receive, (receiver, arrived)))
+        ]
+        source = Pipe(ends[0], Pcm(), begun_s=time.perf_counter())
+        hearing = engine.listening(model, RATE_HZ)
+        performer = performing.performer(model, hearing, 0)
+        fps = float(model.card["motion_fps"])
+        output = Vmc(performer.body, "127.0.0.1", receiver.getsockname()[1], print)
+        running = engine.Engine(source, hearing, performer, [output], fps, print)
+        for thread in threads:
+            thread.start()
+        running.run()
+        for thread in threads:
+            thread.join()
+    os.close(ends[0])
+    delays_ms = [1000 * (at_s - begun[0] - time_s) for time_s, at_s in arrived[1:-5]]  # the end comes all at once
+    return np.array(delays_ms), running.syllable_delays.line("peak of a syllable until it is known")
+
+
+def speak(descriptor: int, samples: Floats, begun: list[float]) -> None:
+    """Write samples to a pipe when they would have been recorded."""
+    data, size = sound.to_16_bit(samples).astype("<i2").tobytes(), 2 * round(BLOCK_S * RATE_HZ)
+    begun.append(time.perf_counter())
+    for number, first in enumerate(range(0, len(data), size), start=1):
+        time.sleep(max(begun[0] + number * BLOCK_S - time.perf_counter(), 0.0))
+        os.write(descriptor, data[first : first + size])
+    os.close(descriptor)
+
+
+def receive(receiver: socket.socket, arrived: list[tuple[float, float]]) -> None:
+    """Note the time of each frame and when it arrives, until none arrives."""
+    try:
+        while True:
+            packet = receiver.recv(2000)
+            at_s = time.perf_counter()
+            place = packet.find(b"/VMC/Ext/T\0")
+            if place > 0:
+                arrived.append((struct.unpack(">f", packet[place + 16 : place + 20])[0], at_s))
+    except TimeoutError:
+        return
+
+
+def line(name: str, what: str, values: Floats, unit: str) -> None:
+    """Print the distribution of some values."""
+    numbers = "".join(f"{value:10.1f}" for value in [*np.quantile(values, [0.5, 0.9, 0.99, 0.999]), values.max()])
+    print(f"{name:14} {what:26}{numbers}  {unit}")
+
+
+def main() -> None:
+    """Print processing times and delays of each model."""
+    spoken = np.concatenate([samples for samples, _ in studio("Female2", np.random.default_rng(SEED))])
+    samples = np.resize(spoken, SECONDS * RATE_HZ)
+    found = models()
+    print("system         what                          median        90        99      99.9   longest (%)")
+    for model in found:
+        engine.warm_up(model)
+        name = model.system.name
+        alone, packed, elapsed = processing(model, samples)
+        line(name, "processor time per chunk", alone, "us")
+        line(name, "with VMC packets", packed, "us")
+        line(name, "elapsed, with VMC packets", elapsed, "us")
+        delays_ms, syllables = loopback(model, samples[: LOOPBACK_S * RATE_HZ])
+        line(name, "sound to packet, loopback", delays_ms, "ms")
+        if "syllables" in model.system.needs:
+            print(f"{name:14} {syllables}")
+
+
+if __name__ == "__main__":
+    main()

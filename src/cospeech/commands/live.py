@@ -1,0 +1,254 @@
+"""``cospeech live``: motion for speech while it is spoken."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from cospeech.commands.messages import note, note_compilation
+from cospeech.commands.parser import whole_number
+from cospeech.errors import UserError
+
+if TYPE_CHECKING:
+    from cospeech.api import ActorModel
+    from cospeech.commands.parser import Parser
+    from cospeech.live.engine import Engine
+    from cospeech.live.outputs import Output
+    from cospeech.live.sound import Source
+
+PCM = "16000:s16le"
+VMC = "127.0.0.1:39539"
+THIS_MACHINE = "127.0.0.1"
+
+DESCRIPTION = """\
+Gesture while somebody speaks.
+
+Sound comes from a pipe, from a microphone, or from a file that is heard in real
+time. Motion goes to an avatar by the VMC protocol, and to files. Ctrl-C stops
+and completes the files."""
+
+EPILOG = """\
+sound on standard input:
+  --pcm RATE:FORMAT:CHANNELS describes it; format and channels may be left out.
+  Formats are u8, s16le, s16be, s32le, s32be, f32le, f32be, f64le and f64be.
+
+examples:
+  arecord -q -t raw -r 16000 -f S16_LE | cospeech live --model MODEL
+  ffmpeg -v error -i URL -f s16le -ar 16000 -ac 1 - | cospeech live
+  cospeech live --model MODEL --microphone --record session.bvh
+  cospeech live --model MODEL --play speech.wav --latency
+  cospeech live --model MODEL --play speech.wav --style energetic=0.7 --osc 9000
+
+docs/live.md explains receivers, delays and styles."""
+
+
+def add(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Declare the command."""
+    parser = commands.add_parser(
+        "live",
+        usage="cospeech live [options]",
+        help="gesture while somebody speaks",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument(
+        "--model",
+        type=Path,
+        metavar="FOLDER",
+        help="folder of a trained model (default: the bundled model of a virtual actor)",
+    )
+    sources = parser.add_mutually_exclusive_group()
+    sources.add_argument("--pcm", metavar="FORMAT", help=f"format of the samples on standard input (default: {PCM})")
+    sources.add_argument("--play", type=Path, metavar="FILE", help="sound file to listen to, in real time")
+    sources.add_argument(
+        "--microphone", nargs="?", const="", metavar="DEVICE", help="listen to a microphone, by name or number"
+    )
+    parser.add_argument(
+        "--channel",
+        type=whole_number(1),
+        metavar="N",
+        help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
+    )
+    parser.add_argument(
+        "--vmc",
+        type=_vmc,
+        default=_vmc(VMC),
+        metavar="HOST:PORT",
+        help=f"where to send motion to, or off (default: {VMC})",
+    )
+    parser.add_argument(
+        "--record",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="record the motion, as FILE.bvh or FILE.parquet",
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace existing recordings")
+    parser.add_argument(
+        "--style",
+        type=_style,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="style of the motion, if the model has styles",
+    )
+    parser.add_argument(
+        "--osc",
+        type=_osc,
+        metavar="PORT",
+        help="listen for /style NAME VALUE and /keyword WORD, as [HOST:]PORT",
+    )
+    parser.add_argument(
+        "--seed", type=whole_number(0), metavar="N", help="seed of random draws (default: that of the model)"
+    )
+    parser.add_argument("--latency", action="store_true", help="print the distribution of delays at the end")
+    parser.add_argument(
+        "--recover", type=Path, metavar="FILE", help="complete FILE.recording, which a killed run has left, and stop"
+    )
+    parser.set_defaults(execute=run, error=parser.error)
+
+
+def _address(text: str, host: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":") if ":" in text else (host, "", text)
+    if not (host and port.isascii() and port.isdecimal() and 0 < int(port) < 65536):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a host and a port from 1 to 65535, such as {VMC}")
+    return host.strip("[]"), int(port)
+
+
+def _vmc(text: str) -> tuple[str, int] | None:
+    return None if text == "off" else _address(text, "")
+
+
+def _osc(text: str) -> tuple[str, int]:
+    return _address(text, THIS_MACHINE)
+
+
+def _style(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a style and a number, such as energetic=0.7") from error
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run until the sound ends or a signal stops it."""
+    if arguments.recover is not None:
+        return _recover(arguments)
+    if arguments.microphone is not None and arguments.channel is not None:
+        arguments.error("--channel belongs to --pcm and --play")
+    if arguments.vmc is None and not arguments.record:
+        arguments.error("nothing shows the motion; leave out --vmc off, or add --record")
+    begun_s = time.perf_counter()
+    note_compilation()
+    running, model = _engine(arguments, begun_s)
+    with _stopped_by_signals(running):
+        running.run()
+    if running.n_frames:
+        for path in arguments.record:
+            print(path, flush=True)
+    else:
+        note("no motion was made, as the sound was shorter than a frame")
+    for line in running.remarks():
+        note(line)
+    if arguments.latency:
+        print(running.out_delays.line("sound in to motion out"))
+        if "syllables" in model.system.needs:
+            print(running.syllable_delays.line("syllable peak to known"))
+    return 0
+
+
+def _recover(arguments: argparse.Namespace) -> int:
+    from cospeech.live import recording
+
+    print(recording.recover(arguments.recover, arguments.overwrite))
+    return 0
+
+
+def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, ActorModel]:
+    """Return the engine, ready to run, and its model; ``begun_s`` is when the command was called."""
+    from cospeech import api  # not above: these load pandas and the compiled kernels
+    from cospeech.live import engine, performing, recording, vmc
+    from cospeech.live.control import Listener
+
+    for path in arguments.record:
+        recording.check(path, arguments.overwrite)
+    with ExitStack() as opened:
+        source = _source(arguments, begun_s)
+        opened.callback(source.close)
+        model = api.load_model(arguments.model)
+        if arguments.model is None:
+            note("using the bundled model, which was learned from a virtual actor and not from people")
+        hearing = engine.listening(model, source.rate_hz)
+        seed = model.card["seed"] if arguments.seed is None else arguments.seed
+        performer = performing.performer(model, hearing, seed)
+        for name, value in arguments.style:
+            performer.control(f"style:{name}", value)
+        fps = float(model.card["motion_fps"])
+        listener = None
+        if arguments.osc is not None:
+            listener = Listener(*arguments.osc)
+            opened.callback(listener.close)
+        outputs: list[Output] = []
+        if arguments.vmc is not None:
+            host, port = arguments.vmc
+            outputs.append(vmc.Vmc(performer.body, host, port, note))
+            opened.callback(outputs[-1].close)
+        for path in arguments.record:
+            outputs.append(recording.Recorder(path, performer.body, fps, model.card, arguments.overwrite, note))
+            opened.callback(outputs[-1].close)
+        engine.warm_up(model)
+        opened.pop_all()  # from here on, the engine closes them
+    if arguments.vmc is not None:
+        note(f"sending VMC to {':'.join(map(str, arguments.vmc))}; Ctrl-C stops")
+    return engine.Engine(source, hearing, performer, outputs, fps, note, listener), model
+
+
+def _source(arguments: argparse.Namespace, begun_s: float) -> Source:
+    from cospeech.live import sound
+
+    if arguments.play is not None:
+        played = sound.File(arguments.play, arguments.channel)
+        for remark in played.notes:
+            note(f"{arguments.play}: {remark}")
+        return played
+    if arguments.microphone is not None:
+        return sound.Microphone(arguments.microphone or None)
+    pcm = sound.parse_pcm(arguments.pcm or PCM)
+    standard_input = 0
+    try:
+        waits_for_keys = os.isatty(standard_input)
+        os.fstat(standard_input)
+    except OSError:
+        waits_for_keys = True
+    if waits_for_keys:
+        raise UserError(
+            "no sound on standard input; pipe samples to it ('cospeech live --help' has examples), or name a file "
+            "with --play, or listen to a --microphone"
+        )
+    return sound.Pipe(standard_input, pcm, arguments.channel, begun_s)
+
+
+@contextmanager
+def _stopped_by_signals(engine: Engine) -> Iterator[None]:
+    """Let SIGINT (Ctrl-C) and SIGTERM stop the engine; a second Ctrl-C interrupts it."""
+
+    def stop(_: int, __: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        engine.stop()
+
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, stop) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)

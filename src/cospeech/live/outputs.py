@@ -1,0 +1,38 @@
+"""Where motion goes: the interface between the engine and its outputs."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from cospeech.data.arrays import Floats
+
+
+class Output(Protocol):
+    """Shows or keeps frames of motion.
+
+    An output knows the body and the frame rate from its own constructor. An error of an output is its own affair:
+    ``show`` must not raise one, so that the others go on.
+
+    Attributes
+    ----------
+    in_real_time : whether somebody watches. The engine then waits where sound arrives faster than it is spoken.
+    """
+
+    in_real_time: bool
+
+    def show(self, frame: int, time_s: float, pose: Floats) -> None:
+        """Take the next frame.
+
+        Parameters
+        ----------
+        frame, time_s : its number, counted from 0, and the time of its middle in seconds.
+        pose : (3 + 4 J,) root position in metres, and the rotations w, x, y, z of the joints in parent space.
+        """
+
+    def close(self) -> None:
+        """Complete what was begun; no frame follows.
+
+        Raises
+        ------
+        UserError : if it cannot be completed.
+        """
