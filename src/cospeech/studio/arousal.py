@@ -29,7 +29,7 @@ SYLLABLE = (1.25, 1.0, 0.8)
 PACE = (0.6, 1.0, 1.6)
 SIZE = (0.25, 0.9, 1.8)
 REACH = (0.4, 0.8, 1.1)
-ARC_M = (0.0, 0.03, 0.08)
+ARC_M = (0.01, 0.05, 0.1)
 FIDGET_M = (0.0, 0.02, 0.1)
 """Effects on the hands by state: factors of rate and size of beats, factor of the way from the place of rest to that
 of a gesture, deviation from a straight path, and size of movements at rest."""
