@@ -92,7 +92,7 @@ include: "workflow/rules/calibration.smk"
 
 
 # Without records a run calibrates a rig, and nothing else.
-MODELS, SWEEP_FIGURES = [], []
+MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
 if RECORDS:
 
@@ -117,6 +117,7 @@ localrules:
     markers,
     calibration,
     quality,
+    libraries,
     models,
     verify,
 
@@ -144,6 +145,11 @@ rule markers:
             record=[record for record in RECORDS if record in TAKES],
             format=["trc", "c3d", "bvh"],
         ),
+
+
+rule libraries:
+    input:
+        LIBRARIES,
 
 
 rule models:

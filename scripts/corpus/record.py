@@ -13,7 +13,7 @@ with job.run(snakemake) as work:
         skipped_s = float(offsets.loc["sound", "skipped_s"])
     record = intake.read_record(
         entry,
-        work.input.get("motion"),
+        work.input.get("motion") or entry["motion"],  # the studio's own lies in a folder, which is the input
         skipped_s,
         MotionConventions(**work.params["motion"]),
         work.params["labels"],
@@ -30,4 +30,6 @@ with job.run(snakemake) as work:
         sound.write(record.voice, work.output.audio)
     else:
         work.write(record.voice, work.output.prosody, "prosody")
+    if record.syllables is not None:
+        work.write(record.syllables, work.output.syllables, "syllables")
     work.write(record.row, work.output.record, "records")

@@ -1,20 +1,21 @@
-"""Simulate the prosody features and gesture phrases of an actor's records, without sound or motion."""
+"""Simulate what an actor's records would give without sound: prosody, syllables, gesture phrases, and motion."""
 
-from cospeech.studio import features, voice
+from cospeech.studio import features, motion, performance, scenes, voice
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    gestures = work.read(work.input.gesture_phrases, "segments").groupby("record")
-    prosody = work.read(work.input.prosody_phrases, "segments").groupby("record")
-    base_hz = voice.base_hz(work.params["voice"])
-    for record in work.params["records"]:
-        table = features.features(
-            record,
-            prosody.get_group(record),
-            base_hz,
-            work.params["frame_s"],
-            work.params["voiced_gain"],
-            work.params["seed"],
-        )
-        work.write(table, f"{work.output.features}/{record}.prosody.parquet", "prosody")
-        work.write(gestures.get_group(record), f"{work.output.features}/{record}.gestures.parquet", "segments")
+    given, seed = work.params, work.params["seed"]
+    planted = {name: work.read(work.input[name], scenes.TABLES[name][1]) for name in given["planted"]}
+    base_hz = voice.base_hz(given["voice"])
+    for record in given["records"]:
+        scene = scenes.of_record(planted, record)
+        speech = features.speech(record, scene, base_hz, given["frame_s"], given["voiced_gain"], seed)
+        raw = f"{work.output.features}/{record}"
+        work.write(speech.prosody, f"{raw}.prosody.parquet", "prosody")
+        work.write(speech.syllables, f"{raw}.syllables.parquet", "syllables")
+        if given["motion_fps"] is None:
+            work.write(scene.gestures, f"{raw}.gestures.parquet", "segments")
+        else:
+            moved = performance.perform(given["actor"], record, scene, given["motion_fps"], seed)
+            captured = motion.with_sensor_noise(moved, given["motion_noise_deg"], record, seed)
+            work.write(captured, f"{raw}.motion.parquet", "motion")

@@ -4,19 +4,25 @@ import soundfile
 
 from cospeech.data import tables
 from cospeech.formats import bvh
-from cospeech.studio import motion, voice
+from cospeech.studio import motion, performance, scenes, voice
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    record, seed = work.wildcards.record, work.params["seed"]
-    gestures = work.read(work.input.gesture_phrases, "segments").query("record == @record")
-    prosody = work.read(work.input.prosody_phrases, "segments").query("record == @record")
-    sound, planted = voice.speak(
-        record, prosody, work.params["voice"], work.params["scenario"], work.params["frame_s"], seed
+    record, seed, fps = work.wildcards.record, work.params["seed"], work.params["motion_fps"]
+    planted = {name: work.read(work.input[name], scenes.TABLES[name][1]) for name in work.params["planted"]}
+    scene = scenes.of_record(planted, record)
+    sound, prosody = voice.speak(
+        record,
+        scene.prosody,
+        work.params["voice"],
+        work.params["scenario"],
+        work.params["frame_s"],
+        seed,
+        scene.delivery(),
     )
-    moved = motion.perform(work.params["actor"], record, gestures, prosody, work.params["motion_fps"], seed)
+    moved = performance.perform(work.params["actor"], record, scene, fps, seed)
     with tables.replacing(work.output.sound) as path:
         soundfile.write(path, sound, voice.RATE_HZ, subtype="PCM_16", format="WAV")
     bvh.write(motion.with_sensor_noise(moved, work.params["motion_noise_deg"], record, seed), work.output.bvh)
     work.write(moved, work.output.motion, "motion")
-    work.write(planted, work.output.prosody, "planted_prosody")
+    work.write(prosody, work.output.prosody, "planted_prosody")

@@ -75,6 +75,9 @@ with job.run(snakemake) as work:
             tables = session.tables(system)
             for table, schema in given["tables"][system.name].items():
                 work.write(tables[table], f"{folder}/{table}.parquet", schema)
+        if system.reports and system.drive == "own" and not isinstance(failure, str):
+            for table, found in session.reports(system, driving).items():
+                work.write(found, f"{folder}/{table}.parquet", system.report_schemas[table])
     if work.output.planned:
         work.write(planned, work.output.planned, "planned_phrases")
     if work.output.seen:

@@ -152,8 +152,15 @@ def test_user_supplied_tables_replace_motion_and_sound(tmp_path):
     table.to_csv(tmp_path / "p.csv", index=False)
     phrases = segments.from_starts("a", [0, 50, 90], ["rest", "left", "rest"], 202, 20.0)
     phrases.to_csv(tmp_path / "g.csv", index=False)
-    files = {"gestures": str(tmp_path / "g.csv"), "prosody": str(tmp_path / "p.csv")}
+    spoken = tables.pd.DataFrame({"peak_s": [0.5, 1.95, 2.05, 4.9, 9.9]})
+    spoken = spoken.assign(start_s=spoken["peak_s"] - 0.04, end_s=spoken["peak_s"] + 0.05)
+    spoken = spoken.assign(known_s=spoken["peak_s"] + 0.12, f0_hz=180.0, intensity_db=-30.0)
+    spoken.to_csv(tmp_path / "s.csv", index=False)
+    files = {name: str(tmp_path / f"{name[0]}.csv") for name in ("gestures", "prosody", "syllables")}
     taken = read_record(**files)
+    tables.validate(taken.syllables, "syllables", "voice")
+    assert len(taken.syllables) == 5
+    assert taken.syllables["known_s"].iloc[-1] == pytest.approx(10.0)  # nobody listens after the end
     assert taken.row["duration_s"].iloc[0] == pytest.approx(10.0)
     assert taken.row["motion_source"].iloc[0] is None
     assert taken.body["end_frame"].tolist() == [50, 90, 200]
@@ -164,6 +171,10 @@ def test_user_supplied_tables_replace_motion_and_sound(tmp_path):
     assert part.body["start_frame"].tolist() == [0, 10, 50]
     assert len(part.voice) == 120
     assert part.voice["intensity"].iloc[0] == pytest.approx(table["intensity"].iloc[80])
+    np.testing.assert_allclose(part.syllables["peak_s"], [0.05, 2.9])
+    np.testing.assert_allclose(part.syllables["start_s"], [0.01, 2.86])
+    assert part.syllables["syllable"].tolist() == [0, 1]
+    assert read_record(gestures=files["gestures"], prosody=files["prosody"]).syllables is None
 
 
 @given(st.lists(st.integers(1, 30), min_size=1, max_size=12), st.integers(0, 100), st.integers(1, 200))

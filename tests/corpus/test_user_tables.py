@@ -376,3 +376,52 @@ def test_tables_beyond_the_limit_are_rejected_before_they_are_read(tmp_path):
     pq.write_table(flat, tmp_path / "bomb.parquet")  # a few kilobytes
     with pytest.raises(UserError, match=r"bomb\.parquet: has 560 MB, more than the limit of 512 MB"):
         user_tables.motion(tmp_path / "bomb.parquet")
+
+
+def syllable_table(**columns):
+    given = {
+        "start_s": [0.1, 0.4, 0.7],
+        "peak_s": [0.2, 0.5, 0.8],
+        "end_s": [0.3, 0.6, 0.9],
+        "known_s": [0.35, 0.65, 0.95],
+        "f0_hz": [180.0, np.nan, 200.0],
+        "intensity_db": [-30.0, -36.0, -31.0],
+    }
+    return pd.DataFrame(given | columns)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_syllables_are_read_with_the_columns_that_are_known(tmp_path, suffix):
+    path = tmp_path / f"s.{suffix}"
+    given = syllable_table()
+    given.to_csv(path, index=False) if suffix == "csv" else given.to_parquet(path)
+    read = user_tables.syllables(path, "a")
+    tables.validate(read, "syllables", "a")
+    assert read["record"].tolist() == ["a"] * 3
+    assert read["syllable"].tolist() == [0, 1, 2]
+    np.testing.assert_array_equal(read["f0_hz"], given["f0_hz"])
+    assert read["f0_rise_hz"].isna().all()
+
+
+def test_only_the_syllables_of_the_record_are_read(tmp_path):
+    path = tmp_path / "s.csv"
+    syllable_table(record=["a", "b", "b"]).to_csv(path, index=False)
+    assert user_tables.syllables(path, "b")["start_s"].tolist() == [0.4, 0.7]
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"peak_s": [0.2, 0.65, 0.8]}, "syllable 1 (0.400-0.600 s, peak at 0.650 s) does not contain its peak"),
+        ({"end_s": [0.5, 0.6, 0.9]}, "syllable 0 (0.100-0.500 s, peak at 0.200 s)"),
+        ({"intensity_db": [-30.0, np.nan, -31.0]}, "column 'intensity_db' is missing (NaN) or not a number"),
+        ({"f0_hz": [-1.0, 100.0, 100.0]}, "outside"),
+    ],
+)
+def test_impossible_syllables_are_refused(tmp_path, columns, message):
+    path = tmp_path / "s.csv"
+    syllable_table(**columns).to_csv(path, index=False)
+    with pytest.raises(UserError) as error:
+        user_tables.syllables(path, "a")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)

@@ -45,10 +45,9 @@ def test_filtered_beliefs_are_those_of_the_frames_so_far():
     rng = np.random.default_rng(2)
     for _ in range(20):
         model, features = random_case(rng, 4, 3, 12)
-        found, online = crf.filtered(model, features), crf.Filter(model)
+        found = crf.filtered(model, features)
         for t in range(12):
             np.testing.assert_allclose(found[t], crf.smoothed(model, features[: t + 1]).beliefs[-1], atol=1e-12)
-            np.testing.assert_array_equal(online.step(features[t]), found[t])
 
 
 def test_lagged_beliefs_are_those_of_the_frames_up_to_the_delay():

@@ -152,6 +152,8 @@ def tables_of_a_run(tmp_path_factory):
     run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
     run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
     run.write(plausible.film_effect(), "evaluation/film_effect.parquet", "film_effect")
+    for name, (table, schema) in plausible.body_language().items():
+        run.write(table, f"synthesis/bodylanguage/main/ada_1/{name}.parquet", schema)
     for name in ("animation/stills", "animation/strip", "capture/rig"):
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"{name}.png")
     return run

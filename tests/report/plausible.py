@@ -297,6 +297,43 @@ def transplant() -> pd.DataFrame:
     )
 
 
+def body_language() -> dict[str, tuple[pd.DataFrame, str]]:
+    """Return made-up tables of a model of body language and of its synthesis, with their schemas."""
+    rng = np.random.default_rng(12)
+    n_clusters = {"head": 3, "arms": 4, "legs": 2}
+    libraries, clustered, selected, errors = [], [], [], []
+    for section, n in n_clusters.items():
+        cluster = np.arange(n)
+        of = {"section": section}
+        rows = pd.DataFrame(of | {"segment": np.arange(40), "record": "ada_2", "cluster": np.arange(40) % n})
+        libraries.append(rows.assign(start_frame=np.arange(40) * 9, end_frame=np.arange(1, 41) * 9))
+        fits = {name: rng.uniform(2.0, 4.0, n) for name in ("intercept", "printed_intercept")}
+        fits |= {name: rng.uniform(-6.0, -4.0, n) for name in ("slope", "printed_slope")}
+        fits["printed_slope"][0] = fits["printed_intercept"][0] = np.nan
+        shares = {"initial": 1 / n, "continuing": 0.8, "length_s": 0.9}
+        clustered.append(pd.DataFrame(of | {"cluster": cluster} | shares | fits))
+        step, state = (axis.ravel() for axis in np.indices((40, 2 * n)))
+        table = pd.DataFrame(of | {"step": step, "time_s": 0.2 * (step + 1), "cluster": state // 2})
+        table["forward"] = rng.dirichlet(np.ones(2 * n), 40).ravel()
+        chosen = {rule: state == rng.integers(0, 2 * n, 40)[step] for rule in ("by_direct", "by_product")}
+        selected.append(table.assign(start=state % 2 == 0, **chosen))
+        for mode, error in (("expected", 0.01), ("printed", 0.2)):
+            sizes = {"variation_mean": error, "variation_max": 2 * error, "share_error": error}
+            errors.append(of | {"mode": mode, "n": 300} | sizes)
+    seen = pd.DataFrame({"observation": np.arange(36)})
+    values = np.array(np.unravel_index(np.arange(36), (2, 2, 3, 3))).T
+    seen[["up", "down", "intensity", "length"]] = values
+    seen["can_occur"] = (values[:, 2] > 0) | ((values[:, :2].sum(axis=1) == 0) & (values[:, 3] < 2))
+    seen["count"] = np.where(seen["can_occur"], rng.integers(0, 60, 36), 0)
+    return {
+        "subunits": (pd.concat(libraries, ignore_index=True), "subunit_library"),
+        "clusters": (pd.concat(clustered, ignore_index=True), "subunit_clusters"),
+        "occurrences": (seen, "observation_occurrences"),
+        "selections": (pd.concat(selected, ignore_index=True), "subunit_selections"),
+        "elapsed": (pd.DataFrame(errors), "elapsed_errors"),
+    }
+
+
 RUN = Run(
     systems=SYSTEMS,
     actors=ACTORS,

@@ -84,3 +84,21 @@ def test_where_the_actual_phrases_come_from(config, records, annotations, says, 
     text = said(config, records, annotations)
     assert says in text
     assert not any(word in text for word in silent)
+
+
+@pytest.mark.parametrize(
+    ("settings", "says", "silent"),
+    [
+        ({}, "speech predicts gesture in 80 % of the phrases (coupling 0.8).", "there is no voice"),
+        ({"sound": False}, "there is neither voice nor body. By design, speech predicts gesture", "a body moved"),
+        ({"world": "vigour", "sound": False, "motion": True}, "a body moved; there is no voice. By design, speech "
+         "tells how vigorously the hands move in 80 % of the time (coupling 0.8).", "predicts"),
+        ({"coupling": 0}, "speech does not predict gesture, so that no system should beat its controls", "80 %"),
+        ({"world": "all", "coupling": 0, "couplings": {"vigour": 0.5}}, "(coupling 0; vigour: 0.5)", "does not"),
+    ],
+)  # fmt: skip
+def test_what_was_planted_is_said_of_every_world(settings, says, silent):
+    studio = {"world": "phrases", "sound": True, "motion": False, "coupling": 0.8, "couplings": {}} | settings
+    text = said(CONFIG | {"corpus": {"source": "studio"}, "studio": studio}, RECORDS, NOBODY)
+    assert says in text
+    assert silent not in text

@@ -41,7 +41,7 @@ def naive_distance(one, a, other, b):
 
 
 def test_every_joint_belongs_to_one_section():
-    assert sorted(sum(subunits.SECTIONS.values(), ())) == sorted(skeleton.JOINTS)
+    assert sorted(sum(skeleton.SECTIONS.values(), ())) == sorted(skeleton.JOINTS)
 
 
 def test_joints_of_high_influence_weigh_more():
@@ -120,7 +120,7 @@ def test_angular_speed_of_one_joint():
     motion = skeleton.standing(240, fps)
     motion["left_forearm_x_deg"] = -speed * motion["time_s"]
     reach = subunits.reach_m()
-    share = reach["left_forearm"] / sum(reach[joint] for joint in subunits.SECTIONS["arms"])
+    share = reach["left_forearm"] / sum(reach[joint] for joint in skeleton.SECTIONS["arms"])
     turning = subunits.angular_speed(motion, "arms", fps)[30:-30]
     np.testing.assert_allclose(turning, speed * np.sqrt(share), rtol=0.005)
     for section in ("head", "legs"):

@@ -9,7 +9,8 @@ import pytest
 
 from cospeech.data import segments, tables
 from cospeech.speech import prosody as measured
-from cospeech.studio import cast, features, script, voice
+from cospeech.speech import syllables
+from cospeech.studio import arousal, cast, features, scenes, script, voice, worlds
 from cospeech.studio.patterns import NAMES
 
 FRAME_S, SEED, GAIN = 0.025, 2012, 0.4
@@ -31,6 +32,18 @@ def pair(request):
     from_sound = measured.features(frames, measured.statistics("x", frames, GAIN), FRAME_S)
     simulated = features.features("x", prosody, voice.base_hz(name), FRAME_S, GAIN, SEED)
     return from_sound, simulated, planted["pattern"].to_numpy()
+
+
+@pytest.fixture(scope="module", params=[("ada", "Female1"), ("deniz", "Male1")], ids=["woman", "man"])
+def spoken(request):
+    """Two minutes in the world ``all``: the scene, the voice, and the syllables that are found in the sound."""
+    actor, name = request.param
+    own = scenes.player(actor, "all", SEED, FRAME_S, 10.0)
+    scene = scenes.write(own, "x", 120.0, worlds.couplings("all", 0.8, {}), FRAME_S, SEED)
+    sound, planted = voice.speak("x", scene.prosody, name, "memory", FRAME_S, SEED, scene.delivery())
+    tables.validate(planted, "planted_prosody", "x")
+    assert np.abs(sound).max() < 0.99
+    return scene, name, syllables.table("x", syllables.find(sound, voice.RATE_HZ))
 
 
 def test_the_table_matches_its_schema_and_is_normalised():
@@ -86,3 +99,78 @@ def test_frames_vary_as_in_the_sound(pair):
         assert simulated[name][speaks].std() == pytest.approx(from_sound[name][speaks].std(), rel=rel), name
     share = [(table["pitch_gain"][speaks] > GAIN).mean() for table in (from_sound, simulated)]
     assert share[0] == pytest.approx(share[1], abs=0.08)  # one parameter for two voices that differ by 5 %
+
+
+@pytest.mark.parametrize("world", ["phrases", "vigour", "syllables", "all"])
+def test_syllables_match_their_schema_and_follow_one_another(world):
+    own = scenes.player("ada", world, SEED, FRAME_S, 10.0)
+    scene = scenes.write(own, "x", 120.0, worlds.couplings(world, 0.8, {}), FRAME_S, SEED)
+    speech = features.speech("x", scene, 180.0, FRAME_S, GAIN, SEED)
+    tables.validate(speech.prosody, "prosody", "x")
+    tables.validate(speech.syllables, "syllables", "x")
+    found = speech.syllables
+    assert ((found["start_s"] <= found["peak_s"]) & (found["peak_s"] <= found["end_s"])).all()
+    assert (found["start_s"].to_numpy()[1:] >= found["end_s"].to_numpy()[:-1] - 1e-9).all()
+    assert found["known_s"].is_monotonic_increasing
+    assert (found["known_s"] > found["peak_s"]).all() or found["known_s"].max() == 120.0
+    assert 2.0 < len(found) / 120.0 < 6.0
+    again = features.speech("x", scene, 180.0, FRAME_S, GAIN, SEED)
+    pd.testing.assert_frame_equal(again.syllables, found)
+    pd.testing.assert_frame_equal(again.prosody, speech.prosody)
+
+
+def test_only_the_world_of_phrases_has_the_features_of_before():
+    own = scenes.player("ada", "phrases", SEED, FRAME_S, 10.0)
+    scene = scenes.write(own, "x", 60.0, worlds.couplings("phrases", 0.8, {}), FRAME_S, SEED)
+    expected = features.features("x", phrases("ada", "x", 60.0), 180.0, FRAME_S, GAIN, SEED)
+    pd.testing.assert_frame_equal(features.speech("x", scene, 180.0, FRAME_S, GAIN, SEED).prosody, expected)
+
+
+def test_simulated_syllables_resemble_those_found_in_the_sound(spoken):
+    scene, name, found = spoken
+    delivery = scene.delivery()
+    simulated = features.syllables(
+        "x", scene.prosody, delivery.syllables, voice.base_hz(name), SEED, delivery.contours
+    )
+    voiced, ours = (table[table["f0_hz"].notna()] for table in (found, simulated))
+    assert len(ours) == pytest.approx(len(voiced), rel=0.1)
+    length_s = [(table["end_s"] - table["start_s"]).mean() for table in (voiced, ours)]
+    assert length_s[0] == pytest.approx(length_s[1], abs=0.02)
+    assert voiced["intensity_db"].mean() == pytest.approx(ours["intensity_db"].mean(), abs=1.5)
+    assert voiced["intensity_db"].std() == pytest.approx(ours["intensity_db"].std(), rel=0.2)
+    assert 12 * abs(np.log2(voiced["f0_hz"].median() / ours["f0_hz"].median())) < 0.7
+    delay_s = [(table["known_s"] - table["peak_s"]).median() for table in (voiced, ours)]
+    assert delay_s[0] == pytest.approx(delay_s[1], abs=0.02)
+
+
+def test_planted_syllables_arousal_and_accents_are_audible(spoken):
+    """The package's own syllables, found in the sound: their peaks, level, pitch and length are those planted."""
+    scene, _, found = spoken
+    planted = scene.delivery().syllables
+    voiced = found[found["f0_hz"].notna()]
+    nearest = np.abs(voiced["peak_s"].to_numpy()[:, None] - planted["peak_s"].to_numpy()).argmin(axis=1)
+    apart_s = np.abs(voiced["peak_s"].to_numpy() - planted["peak_s"].to_numpy()[nearest])
+    right = apart_s < 0.05
+    assert 2 * len(set(nearest[right])) / (len(voiced) + len(planted)) > 0.9
+    heard, truth = voiced[right].reset_index(drop=True), planted.iloc[nearest[right]].reset_index(drop=True)
+    state = arousal.effect(scene.spoken, (0.0, 1.0, 2.0), truth["peak_s"])
+    columns = {
+        "level": heard["intensity_db"],
+        "pitch": 12 * np.log2(heard["f0_hz"]),
+        "length": -(heard["end_s"] - heard["start_s"]),
+    }
+    for name, values in columns.items():
+        typical = [values[state == one].mean() for one in range(3)]
+        assert typical[0] < typical[1] < typical[2], name
+    assert (
+        heard["f0_rise_hz"][truth["inflection"] == "rise"].median()
+        > 3 * heard["f0_fall_hz"][truth["inflection"] == "rise"].median()
+    )
+    assert (
+        heard["f0_fall_hz"][truth["inflection"] == "fall"].median()
+        > 3 * heard["f0_rise_hz"][truth["inflection"] == "fall"].median()
+    )
+    by_level = heard["intensity_db"].groupby(truth["loudness"]).mean()
+    assert by_level["soft"] + 2.0 < by_level["medium"] < by_level["loud"] - 2.0
+    by_length = (heard["end_s"] - heard["start_s"]).groupby(truth["length"]).mean()
+    assert by_length["short"] < by_length["medium"] < by_length["long"]

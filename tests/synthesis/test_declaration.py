@@ -66,6 +66,11 @@ def test_schemas_of_a_package_are_named_after_it():
         ),
         ({"tables": ["states"]}, r"declares tables \['states'\]; expected mapping"),
         ({"tables": {"phrases": "segments"}}, "declares a table 'phrases' of its model; the name is reserved"),
+        ({"reports": {"motion": "segments"}}, "declares a table 'motion' among its reports; the name is reserved"),
+        (
+            {"reports": {"a": "a"}, "tables": {"a": "a"}},
+            "declares a table 'a' both of its model and among its reports",
+        ),
         ({"tables": {"states": "../hmm"}}, "declares the table 'states' with the schema '../hmm'"),
         ({"tables": {"states": None}}, "declares the table 'states' with the schema None"),
         ({"settings": 5}, "declares settings 5; expected mapping"),

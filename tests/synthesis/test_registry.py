@@ -42,13 +42,16 @@ def test_every_promised_system_is_there_and_the_oracle_in_the_studio_only():
     assert set(registered(ALL, virtual=True).systems) - set(real) == {"oracle"}
 
 
-def test_the_default_configuration_names_every_system_of_cospeech():
-    assert set(ALL) == set(names_of("cospeech"))
+def test_the_default_configuration_names_every_system_of_cospeech_but_the_controls_of_one_paper():
+    left_out = set(names_of("cospeech")) - set(ALL)
+    assert left_out == {f"bodylanguage_{control}" for control in ("random", "synchronised", "unsynchronised")}
+    assert set(ALL) <= set(names_of("cospeech"))
 
 
 def test_systems_come_first_then_controls_then_ceilings():
     found = registered(ALL, virtual=True).systems
-    assert [name for name, system in found.items() if system.role == "system"] == list(PROMISED[:3])
+    systems = [name for name, system in found.items() if system.role == "system"]
+    assert systems[:3] == list(PROMISED[:3])
     roles = [system.role for system in found.values()]
     assert roles == sorted(roles, key=ROLES.index)
     assert all(name == system.name for name, system in found.items())
@@ -156,7 +159,8 @@ def test_a_system_of_another_package_is_listed_with_its_controls_and_its_origin(
     packages.install_toy()
     found = registered(ALL | {"toy_lift": {}, "toy_habits": {"shortest_s": 1}}, virtual=True)
     systems = [name for name, system in found.systems.items() if system.role == "system"]
-    assert systems == ["hsmm", "hsmm_weighted", "hsmm_sampled", "toy_habits", "toy_lift"]
+    assert systems[:3] == list(PROMISED[:3])
+    assert systems[-2:] == ["toy_habits", "toy_lift"]
     assert found.origins == {"toy_habits": "toy-gestures", "toy_lift": "toy-gestures"}
     assert found.failures == []
     apart = {name for name in found.systems if found.apart(name)}
@@ -177,11 +181,12 @@ def test_a_system_is_left_out_where_the_records_lack_what_it_needs(packages):
     packages.install("counts", package_of("declare('counts', needs=('syllables',))"))
     chosen = ALL | {"toy_lift": {}, "counts": {}}
     found = registered(chosen, True, {"gestures", "prosody"})
-    assert found.systems == registered(ALL, virtual=True).systems
-    assert {failure.system: failure.message for failure in found.left_out} == {
+    everything = registered(ALL, virtual=True).systems
+    assert found.systems == {name: system for name, system in everything.items() if system.makes == "phrases"}
+    assert {failure.system: failure.message for failure in found.left_out}.items() >= {
         "counts": "system 'counts' is left out: it needs syllables, and the records bring no sound",
         "toy_lift": "system 'toy_lift' is left out: it works with motion, and the records bring only gesture phrases",
-    }
+    }.items()
     assert registered(chosen, virtual=True).left_out == []
     assert set(registered(chosen, True, {"motion"}).systems) & {"toy_lift", "counts"} == {"toy_lift"}
 

@@ -72,6 +72,14 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(studio__couplng=1), "config: studio: unknown key 'couplng'; did you mean 'coupling'"),
         (changed(studio__coupling="high"), "config: studio.coupling: 'high' is not of type 'number'"),
         (changed(studio__coupling=1.5), "config: studio.coupling: 1.5 is greater than the maximum of 1"),
+        (changed(studio__world="both"), "config: studio.world: 'both' is not one of"),
+        (changed(studio__motion=True), "studio.motion: records with sound always have motion; set it to false"),
+        (
+            changed(studio__world="vigour", studio__sound=False, studio__film=False),
+            "studio.world: 'vigour' is about how the body moves; set studio.motion to true",
+        ),
+        (changed(studio__couplings={"vigour": 0.5}), "studio.couplings are those of the parts of the world 'all'"),
+        (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
         (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),
         (changed(synthesis__censoring="left"), "synthesis.censoring: 'left' is not one of"),
@@ -212,6 +220,7 @@ def test_records_are_checked(given, complaint):
     [
         ([A, {k: v for k, v in B.items() if k != "audio"}], r"record 'b' has no audio \(or prosody\)"),
         ([A, {"record": "b", "actor": "x", "motion": "b.bvh", "prosody": "p.csv"}], "make two runs of them"),
+        ([A, B | {"syllables": "p.csv"}], "record 'b': syllables are found in its audio; leave one of them out"),
     ],
 )
 @pytest.mark.usefixtures("files")
@@ -382,7 +391,10 @@ def test_studio_records_point_to_raw_files():
     assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
     assert record_list.brings(listed) == {"motion", "audio"}
     silent = record_list.records(changed(studio__sound=False), "results/demo")
-    assert record_list.brings(silent) == {"gestures", "prosody"}
+    assert record_list.brings(silent) == {"gestures", "prosody", "syllables"}
+    moving = record_list.records(changed(studio__sound=False, studio__motion=True), "results/demo")
+    assert record_list.brings(moving) == {"motion", "prosody", "syllables"}
+    assert moving["ada_1"]["motion"] == "results/demo/corpus/raw/ada/ada_1.motion.parquet"
 
 
 SYSTEMS = {

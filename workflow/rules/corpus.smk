@@ -11,6 +11,7 @@ DELIVERED = {
         if "audio" in BRINGS
         else {"prosody": f"{RESULTS}/speech/{{record}}/prosody.parquet"}
     ),
+    **({"syllables": f"{RESULTS}/speech/{{record}}/syllables.parquet"} if "syllables" in BRINGS else {}),
 }
 
 

@@ -23,7 +23,7 @@ KNOWN = reported.from_params(REPORTED)
 PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER)
 IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER)
 
-# What exhibits need of a run, and whether this one has it.
+# What exhibits need of a run, and whether this one has it. A condition with the name of a system is met if it runs.
 MET = [
     condition
     for condition, met in {
@@ -36,7 +36,7 @@ MET = [
         "virtual": VIRTUAL,
     }.items()
     if met
-]
+] + [condition.name for condition in declared.CONDITIONS if condition.name in SYSTEMS]
 EXHIBITS = declared.of_run(MET)
 SWEEP_FIGURES = [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures]
 SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}

@@ -1,5 +1,5 @@
 # The virtual studio: one script sampled for all records, then one take per record, with sound and motion or, to
-# simulate hours of speech in seconds, as features only.
+# simulate hours of speech in seconds, without sound.
 
 
 # The synthesiser voice of each actor.
@@ -21,19 +21,41 @@ def scenario_of(wildcards):
     return RECORDS[wildcards.record]["scenario"]
 
 
+# What is planted in records and in their actors. Only the world `phrases` has nothing but the script.
+WORLD = config["studio"]["world"]
+HAS_AROUSAL, HAS_SUBUNITS = WORLD in ("vigour", "all"), WORLD in ("syllables", "all")
+PLANTED_IN_RECORDS = [
+    "gesture_phrases",
+    "prosody_phrases",
+    *(["syllables"] if HAS_AROUSAL or HAS_SUBUNITS else []),
+    *(["arousal_speech", "arousal_hands"] if HAS_AROUSAL else []),
+    *(["subunits"] if HAS_SUBUNITS else []),
+]
+PLANTED_OF_ACTORS = [
+    "initial",
+    "transitions",
+    "emissions",
+    "durations",
+    "annotations",
+    *(["arousal_states"] if HAS_AROUSAL else []),
+    *(["subunit_kinds", "subunit_transitions", "subunit_preferences"] if HAS_SUBUNITS else []),
+]
+
+
+def planted(names):
+    """The paths of tables that the script plants, by name."""
+    return {name: f"{RESULTS}/corpus/truth/{name}.parquet" for name in names}
+
+
 rule studio_script:
     output:
-        initial=f"{RESULTS}/corpus/truth/initial.parquet",
-        transitions=f"{RESULTS}/corpus/truth/transitions.parquet",
-        emissions=f"{RESULTS}/corpus/truth/emissions.parquet",
-        durations=f"{RESULTS}/corpus/truth/durations.parquet",
-        gesture_phrases=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
-        prosody_phrases=f"{RESULTS}/corpus/truth/prosody_phrases.parquet",
-        annotations=f"{RESULTS}/corpus/truth/annotations.parquet",
+        **planted([*PLANTED_IN_RECORDS, *PLANTED_OF_ACTORS]),
     params:
         records={actor: records_of(actor) for actor in ACTORS},
         durations_s={actor["actor"]: actor["duration_s"] for actor in config["studio"]["actors"]},
+        world=WORLD,
         coupling=config["studio"]["coupling"],
+        couplings=config["studio"]["couplings"],
         examples=config["studio"]["examples"],
         frame_s=config["speech"]["frame_s"],
         max_duration_s=config["synthesis"]["max_duration_s"],
@@ -46,14 +68,14 @@ rule studio_script:
 
 rule studio_take:
     input:
-        gesture_phrases=rules.studio_script.output.gesture_phrases,
-        prosody_phrases=rules.studio_script.output.prosody_phrases,
+        **planted(PLANTED_IN_RECORDS),
     output:
         sound=f"{RESULTS}/corpus/raw/{{record}}.wav",
         bvh=f"{RESULTS}/corpus/raw/{{record}}.bvh",
         motion=f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
         prosody=f"{RESULTS}/corpus/truth/prosody~{{record}}.parquet",
     params:
+        planted=PLANTED_IN_RECORDS,
         actor=performer_of,
         voice=voice_of,
         scenario=scenario_of,
@@ -72,20 +94,41 @@ if VIRTUAL and "prosody" in BRINGS:
 
     rule studio_features:
         input:
-            gesture_phrases=rules.studio_script.output.gesture_phrases,
-            prosody_phrases=rules.studio_script.output.prosody_phrases,
+            **planted(PLANTED_IN_RECORDS),
         output:
             features=directory(f"{RESULTS}/corpus/raw/{{actor}}"),
         params:
+            planted=PLANTED_IN_RECORDS,
+            actor="{actor}",
             records=lambda wildcards: records_of(wildcards.actor),
             voice=lambda wildcards: VOICES[wildcards.actor],
+            motion_fps=config["studio"]["motion_fps"] if "motion" in BRINGS else None,
+            motion_noise_deg=config["studio"]["motion_noise_deg"],
             frame_s=config["speech"]["frame_s"],
             voiced_gain=config["speech"]["voiced_gain"],
             seed=config["seed"],
         message:
-            "simulate the prosody features of {wildcards.actor}"
+            "simulate the speech of {wildcards.actor} without sound"
         script:
             "../../scripts/studio/studio_features.py"
+
+
+# Motion libraries in the situations of Levine et al. 2010, table 1; no other rule needs them.
+LIBRARIES = expand(f"{RESULTS}/libraries/{{library}}", library=config["studio"]["libraries"])
+
+
+rule studio_library:
+    output:
+        library=directory(f"{RESULTS}/libraries/{{library}}"),
+    params:
+        duration_s=lambda wildcards: config["studio"]["libraries"][wildcards.library],
+        fps=config["studio"]["motion_fps"],
+        motion_noise_deg=config["studio"]["motion_noise_deg"],
+        seed=config["seed"],
+    message:
+        "motion library {wildcards.library}"
+    script:
+        "../../scripts/studio/studio_library.py"
 
 
 if VIRTUAL and FILMED:

@@ -95,6 +95,7 @@ rule systems:
             for system in makers(ANIMATED_TOGETHER, "phrases")
             if "motion" in BRINGS
         ],
+        made=[made_by(system, "motion.parquet") for system in makers(TOGETHER, "motion")],
         planned=PLANNED,
         seen=SEEN_IN_MADE if makers(TOGETHER, "motion") else [],
         scores=MADE_SCORES if makers(TOGETHER, "motion") else [],

@@ -104,6 +104,12 @@ WRITTEN_WITH = {
     made_by(system, "phrases.parquet").format(record=record): PLANNED.format(record=record)
     for system in makers(TOGETHER, "phrases")
     for record in RECORDS
+} | {
+    made_by(system, f"{table}.parquet").format(record=record): PLANNED.format(record=record)
+    for system in TOGETHER
+    if SYSTEMS[system].drive == "own" and SYSTEMS[system].model == system
+    for table in [*SYSTEMS[system].tables, *SYSTEMS[system].reports]
+    for record in RECORDS
 }
 
 

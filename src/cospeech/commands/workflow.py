@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 TARGETS = {
     "models": "systems trained on all of an actor's records, for 'cospeech synthesize'",
+    "libraries": "motion libraries of the virtual studio without speech, as BVH",
     "annotate": "annotations of all records for ELAN and Praat, to be corrected",
     "markers": "tracked markers and joint angles as TRC, C3D and BVH",
     "calibration": "camera calibration, also for Pose2Sim and caliscope",

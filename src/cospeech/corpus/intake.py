@@ -30,21 +30,26 @@ class Body(NamedTuple):
 
 
 class Voice(NamedTuple):
-    """The speech of a record: sound, or a prosody table if only features exist."""
+    """The speech of a record: sound, or a prosody table, and perhaps syllables, if only features exist."""
 
     samples: sound.Floats | None
     table: pd.DataFrame | None
+    syllables: pd.DataFrame | None
     delivered_hz: float
     duration_s: float
     notes: list[str]
 
 
 class Intake(NamedTuple):
-    """A record as it was read: its row of the record table, its motion and its speech, all of the same duration."""
+    """A record as it was read: its row of the record table, its motion and its speech, all of the same duration.
+
+    ``syllables`` is None unless the record brings a table of them.
+    """
 
     row: pd.DataFrame
     body: pd.DataFrame
     voice: sound.Floats | pd.DataFrame
+    syllables: pd.DataFrame | None
 
 
 def read_record(
@@ -92,7 +97,8 @@ def read_record(
             "note": ["; ".join(notes) or None],
         }
     )
-    return Intake(row, _cut_body(body, duration), _cut_voice(voice, duration, frame_s))
+    spoken = None if voice.syllables is None else cut_syllables(voice.syllables, 0.0, duration)
+    return Intake(row, _cut_body(body, duration), _cut_voice(voice, duration, frame_s), spoken)
 
 
 def common_length(record: str, body_s: float, voice_s: float, tolerance_s: float) -> tuple[float, list[str]]:
@@ -140,10 +146,14 @@ def _voice(entry: Record, frame_s: float, skipped_s: float, start: float, end: f
         last = end if end is None else end + skipped_s
         audio = sound.read(entry["audio"], start + skipped_s, last, entry["channel"], mix_different=True)
         skipped = [f"sound taken from {skipped_s:.3f} s on, where the films begin"] if skipped_s else []
-        return Voice(audio.samples, None, audio.delivered_hz, audio.duration_s, [*skipped, *audio.notes])
+        return Voice(audio.samples, None, None, audio.delivered_hz, audio.duration_s, [*skipped, *audio.notes])
     table = user_tables.prosody(entry["prosody"], frame_s)
     first, last = _row_range(entry["prosody"], len(table), frame_s, start, end)
-    return Voice(None, table.iloc[first:last], np.nan, (last - first) * frame_s, [])
+    duration_s = (last - first) * frame_s
+    spoken = None
+    if entry["syllables"]:
+        spoken = cut_syllables(user_tables.syllables(entry["syllables"], entry["record"]), start, start + duration_s)
+    return Voice(None, table.iloc[first:last], spoken, np.nan, duration_s, [])
 
 
 def _row_range(path: str, n_frames: int, step_s: float, start_s: float, end_s: float | None) -> tuple[int, int]:
@@ -164,6 +174,14 @@ def cut_segments(table: pd.DataFrame, fps: float, first: int, last: int) -> pd.D
     return segments.from_starts(
         str(table["record"].iloc[0]), start[inside] - first, table["label"][inside], last - first, fps
     )
+
+
+def cut_syllables(table: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
+    """Return the syllables whose peaks are between two times, renumbered, with times that count from ``start_s``."""
+    inside = table[(table["peak_s"] >= start_s) & (table["peak_s"] < end_s)]
+    times = ["start_s", "peak_s", "end_s", "known_s"]
+    shifted = (inside[times].clip(start_s, end_s) - start_s).clip(lower=0.0)
+    return inside.assign(syllable=np.arange(len(inside)), **shifted).reset_index(drop=True)
 
 
 def _cut_body(body: Body, duration_s: float) -> pd.DataFrame:

@@ -316,6 +316,37 @@ def _check_times(times_s: Floats, path: str | Path) -> None:
         raise UserError(f"{path}: its times exceed {MAX_TIME_S:g} s; convert them to seconds")
 
 
+def syllables(path: str | Path, record: str) -> pd.DataFrame:
+    """Return the syllables of ``record`` from a user-supplied table.
+
+    If the table has a column ``record`` with several records, only the rows of ``record`` are used. Rise and fall of
+    the pitch may be missing.
+
+    Raises
+    ------
+    UserError
+        As in ``read``, and if a syllable ends before it starts, has its peak outside, or overlaps the next one.
+    """
+    supplied = read(path, "syllables", optional=("record", "syllable"))
+    named = supplied["record"].dropna().unique()
+    if len(named) > 1 or record in named:
+        supplied = supplied[supplied["record"] == record]
+    times = _numbers(supplied, ["start_s", "peak_s", "end_s", "known_s", "intensity_db"], path, "syllable")
+    pitches = ["f0_hz", "f0_rise_hz", "f0_fall_hz"]
+    table = supplied.reset_index(drop=True).assign(record=record, syllable=np.arange(len(times)), **times)
+    table[pitches] = table[pitches].apply(pd.to_numeric, errors="coerce").astype(float)
+    tables.validate(table, "syllables", str(path))
+    start, peak, end = (times[name].to_numpy() for name in ("start_s", "peak_s", "end_s"))
+    wrong = (start > peak) | (peak > end) | (end > np.append(start[1:], np.inf) + ROUNDING_S)
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise UserError(
+            f"{path}: syllable {row} ({start[row]:.3f}-{end[row]:.3f} s, peak at {peak[row]:.3f} s) does not contain "
+            "its peak, or overlaps the next one; syllables must be in order of time, without overlaps"
+        )
+    return table
+
+
 def _segments_by_time(supplied: pd.DataFrame, record: str, path: str | Path) -> pd.DataFrame:
     """Return segments that are given by their times alone, on a grid of milliseconds."""
     times = _numbers(supplied, ["start_s", "end_s"], path, "segment")

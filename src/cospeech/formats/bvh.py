@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import io
 import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -66,11 +67,33 @@ def write(motion: pd.DataFrame, path: str | Path, fps: float | None = None) -> N
     """
     fps = skeleton.frame_rate(motion) if fps is None else fps
     hips = motion[list(skeleton.ROOT_COLUMNS)].to_numpy(dtype=float) + skeleton.OFFSET_M["hips"]
-    order: list[str] = []
-    hierarchy = _block("hips", 0, order)
-    joints = [skeleton.JOINTS.index(name) for name in order]
-    turns = skeleton.angles(motion)[:, joints][:, :, [0, 2, 1]]  # the order of the channels: X, Z, Y
-    values = np.column_stack([hips, turns.reshape(len(motion), 3 * len(order))])
+    names = skeleton.JOINTS
+    parents = [-1 if joint.parent is None else names.index(joint.parent) for joint in skeleton.BODY]
+    offsets = np.array([joint.offset_m for joint in skeleton.BODY])
+    offsets[0] = 0.0
+    tips = {names.index(name): np.array(tip) for name, tip in skeleton.TIPS_M.items()}
+    order = _depth_first(parents)
+    turns = skeleton.angles(motion)[:, order][:, :, [0, 2, 1]]  # the order of the channels: X, Z, Y
+    _write(path, _hierarchy(names, parents, offsets, tips), hips, turns, fps)
+
+
+def write_clip(clip: Clip, path: str | Path) -> None:
+    """Write motion of any skeleton as BVH, in the unit and axes of the clip, with the rotation order XZY.
+
+    Joints other than the root must be at their offsets.
+    """
+    if clip.offsets is None or set(clip.places) != {0}:
+        raise ValueError("a clip without offsets, or with joints that move away from them, has no BVH hierarchy")
+    offsets = clip.offsets.copy()
+    offsets[0] = 0.0
+    turns = rotation.to_euler(skeleton.EULER_ORDER, clip.rotations[:, _depth_first(clip.parents)])
+    turns = np.unwrap(turns, axis=0, period=360.0)
+    _write(path, _hierarchy(clip.names, clip.parents, offsets, clip.tips), clip.places[0], turns, clip.fps)
+
+
+def _write(path: str | Path, hierarchy: list[str], root: Floats, turns: Floats, fps: float) -> None:
+    """Write a BVH file of root positions (T, 3) and the angles (T, J, 3) of joints in the order of the hierarchy."""
+    values = np.column_stack([root, turns.reshape(len(turns), 3 * turns.shape[1])])
     values = np.round(values, 6) + 0.0  # no "-0.000000"
     with tables.replacing(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(["HIERARCHY", *hierarchy, "MOTION", f"Frames: {len(values)}"]))
@@ -78,22 +101,32 @@ def write(motion: pd.DataFrame, path: str | Path, fps: float | None = None) -> N
         np.savetxt(file, values, fmt="%.6f", newline="\n")
 
 
-def _block(name: str, depth: int, order: list[str]) -> list[str]:
-    """Return the lines of joint ``name`` and its descendants; append the joints to ``order`` as in the file."""
-    order.append(name)
+def _depth_first(parents: Sequence[int], joint: int = 0) -> list[int]:
+    """Return a joint and its descendants in the order of a BVH hierarchy."""
+    children = [child for child, parent in enumerate(parents) if parent == joint]
+    return [joint, *itertools.chain.from_iterable(_depth_first(parents, child) for child in children)]
+
+
+def _hierarchy(
+    names: Sequence[str],
+    parents: Sequence[int],
+    offsets: Floats,
+    tips: Mapping[int, Floats],
+    joint: int = 0,
+    depth: int = 0,
+) -> list[str]:
+    """Return the lines of a joint and its descendants."""
     pad, inner = "  " * depth, "  " * (depth + 1)
-    is_root = skeleton.PARENT[name] is None
-    offset = np.zeros(3) if is_root else skeleton.OFFSET_M[name]
+    is_root = parents[joint] < 0
     turns = " ".join(f"{axis}rotation" for axis in skeleton.EULER_ORDER)
     channels = f"6 Xposition Yposition Zposition {turns}" if is_root else f"3 {turns}"
-    lines = [f"{pad}{'ROOT' if is_root else 'JOINT'} {name}", f"{pad}{{", f"{inner}{_offset(offset)}"]
-    lines.append(f"{inner}CHANNELS {channels}")
-    for child in skeleton.BODY:
-        if child.parent == name:
-            lines += _block(child.name, depth + 1, order)
-    if name in skeleton.TIPS_M:
-        tip = _offset(np.array(skeleton.TIPS_M[name]))
-        lines += [f"{inner}End Site", f"{inner}{{", f"{inner}  {tip}", f"{inner}}}"]
+    lines = [f"{pad}{'ROOT' if is_root else 'JOINT'} {names[joint]}", f"{pad}{{"]
+    lines += [f"{inner}{_offset(offsets[joint])}", f"{inner}CHANNELS {channels}"]
+    for child, parent in enumerate(parents):
+        if parent == joint:
+            lines += _hierarchy(names, parents, offsets, tips, child, depth + 1)
+    if joint in tips:
+        lines += [f"{inner}End Site", f"{inner}{{", f"{inner}  {_offset(tips[joint])}", f"{inner}}}"]
     return [*lines, f"{pad}}}"]
 
 

@@ -63,7 +63,7 @@ class Smoothed(NamedTuple):
     transitions: Floats
 
 
-def _pairs(model: CRF) -> tuple[Floats, float]:
+def path_factors(model: CRF) -> tuple[Floats, float]:
     """Return the exponentials of the transition weights, and the largest weight, by which they are divided."""
     top = float(model.transitions.max())
     return np.exp(model.transitions - top), top
@@ -87,7 +87,7 @@ def filtered(model: CRF, features: Floats) -> Floats:
 
 def _forward(model: CRF, features: Floats) -> tuple[float, Floats, Floats]:
     """Return log Z, and the filtered beliefs and the weights that they predict, (T, S) each."""
-    pairs, top = _pairs(model)
+    pairs, top = path_factors(model)
     scores = _scores(model, features)
     beliefs, ahead = np.empty_like(scores), np.empty_like(scores)
     total = crf_chain.forward(np.ones(len(pairs)), pairs, scores, beliefs, ahead)
@@ -97,7 +97,7 @@ def _forward(model: CRF, features: Floats) -> tuple[float, Floats, Floats]:
 def smoothed(model: CRF, features: Floats) -> Smoothed:
     """Return the beliefs of each frame given the features (T, F) of the whole sequence."""
     total, before, ahead = _forward(model, features)
-    pairs, _ = _pairs(model)
+    pairs, _ = path_factors(model)
     beliefs, ratios = np.empty_like(before), np.zeros_like(pairs)
     crf_chain.backward(np.ascontiguousarray(pairs.T), before, ahead, beliefs, ratios)
     return Smoothed(total, beliefs, ratios * pairs)
@@ -110,7 +110,7 @@ def lagged(model: CRF, features: Floats, delay: int) -> Floats:
     is NaN for frames after the end. With ``delay = 0`` these are the filtered beliefs.
     """
     _, before, ahead = _forward(model, features)
-    pairs, _ = _pairs(model)
+    pairs, _ = path_factors(model)
     turned = np.ascontiguousarray(pairs.T)
     n_frames, n_labels = before.shape
     found = np.full((n_frames, delay + 1, n_labels), np.nan)
@@ -128,25 +128,6 @@ def lagged(model: CRF, features: Floats, delay: int) -> Floats:
         known = (place == newest[inside])[:, None]
         found[inside, h] = np.where(known, before[place], before[place] * carried)
     return found
-
-
-class Filter:
-    """The forward algorithm, one frame at a time; equal to ``filtered`` to the last bit."""
-
-    def __init__(self, model: CRF) -> None:
-        self._model = model
-        self._pairs = _pairs(model)[0]
-        self._ahead = np.ones(len(self._pairs))
-        self._belief: Floats | None = None
-
-    def step(self, features: Floats) -> Floats:
-        """Return the belief (S,) given the features (F,) of the next frame and all earlier ones."""
-        if self._belief is not None:
-            crf_chain.predict(self._belief, self._pairs, self._ahead)
-        belief = np.empty(len(self._pairs))
-        crf_chain.weigh(self._ahead, _scores(self._model, features[None])[0], belief)
-        self._belief = belief
-        return belief
 
 
 def expected_log_probability(model: CRF, features: Floats, targets: Targets) -> float:

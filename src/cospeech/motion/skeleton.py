@@ -67,6 +67,13 @@ OFFSET_M = {joint.name: np.array(joint.offset_m) for joint in BODY}
 ARM_JOINTS = ("left_arm", "left_forearm", "right_arm", "right_forearm")
 """The four body parts of the gesture feature (Özkul 2012, eq. 4.7)."""
 
+SECTIONS = {
+    "head": ("neck", "head"),
+    "arms": ("spine", "chest", "left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
+    "legs": ("hips", "left_thigh", "left_shin", "left_foot", "right_thigh", "right_shin", "right_foot"),
+}
+"""The sections of the body that gesture independently (Levine 2009, 2.2); every joint belongs to one."""
+
 ROOT_COLUMNS = ("root_x_m", "root_y_m", "root_z_m")
 
 

@@ -77,8 +77,19 @@ def find(motions: Mapping[str, pd.DataFrame], settings: Mapping[str, Any]) -> pd
     settings : ``segmentation.phases`` of the configuration: threshold, minimum_s.
     """
     rates = {record: skeleton.frame_rate(motion) for record, motion in motions.items()}
-    places = {record: hands(motion) for record, motion in motions.items()}
-    speeds = {record: speed(places[record], rates[record]) for record in motions}
+    return of_hands({record: hands(motion) for record, motion in motions.items()}, rates, settings)
+
+
+def of_hands(places: Mapping[str, Floats], rates: Mapping[str, float], settings: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the phases (schema ``phases``) of recordings of one body, which may have any number of hands.
+
+    Parameters
+    ----------
+    places : by record, positions of the hands in metres relative to the root, (T, H, 3).
+    rates : frames per second of each record.
+    settings : see ``find``.
+    """
+    speeds = {record: speed(places[record], rates[record]) for record in places}
     low = movement.threshold(speeds.values(), settings["threshold"], LEAST_M_S)
     tables = []
     for record, fps in rates.items():
@@ -95,21 +106,25 @@ def find(motions: Mapping[str, pd.DataFrame], settings: Mapping[str, Any]) -> pd
 def parameters(hands_m: Floats, starts: Integers, ends: Integers, fps: float) -> Floats:
     """Return the kinematic ``PARAMETERS`` of phases, (n, 6).
 
+    Those of bodies with more or fewer than two hands are averages over the hands, in the unit of two (Levine et al.
+    2010, 9.2).
+
     Parameters
     ----------
     hands_m : (T, H, 3) positions of the hands in metres relative to the hips.
     starts, ends : (n,) first frames of the phases, and first frames after them.
     """
+    share = len(HANDS) / hands_m.shape[1]
     position = movement.smooth(hands_m, fps)
     velocity = movement.rate(position, fps)
     acceleration = movement.rate(velocity, fps)
     bent = np.cross(velocity, acceleration)
-    heights = (hands_m[:, :, 1] + STANDING_M).sum(axis=1)
+    heights = share * (hands_m[:, :, 1] + STANDING_M).sum(axis=1)
     values = np.empty((len(starts), len(PARAMETERS)))
     for row, (start, end) in enumerate(zip(starts, ends, strict=True)):
         values[row, 0] = (end - start) / fps
-        values[row, 1] = np.linalg.norm((position[start:end] - position[start]).mean(axis=0))
+        values[row, 1] = np.sqrt(share) * np.linalg.norm((position[start:end] - position[start]).mean(axis=0))
         for column, vectors in enumerate((velocity, acceleration, bent), start=2):
-            values[row, column] = np.sqrt((vectors[start:end] ** 2).sum(axis=(1, 2))).mean()
+            values[row, column] = np.sqrt(share * (vectors[start:end] ** 2).sum(axis=(1, 2))).mean()
         values[row, 5] = heights[start:end].mean()
     return np.log(np.maximum(values, RESOLUTION))

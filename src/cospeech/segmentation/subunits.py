@@ -28,13 +28,6 @@ from cospeech.kernels.jit import njit
 from cospeech.motion import skeleton
 from cospeech.segmentation import movement, ward
 
-SECTIONS = {
-    "head": ("neck", "head"),
-    "arms": ("spine", "chest", "left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
-    "legs": ("hips", "left_thigh", "left_shin", "left_foot", "right_thigh", "right_shin", "right_foot"),
-}
-"""The joints of each section; every joint belongs to one."""
-
 POSED = {
     "arms": ("left_forearm", "left_hand", "right_forearm", "right_hand"),
     "legs": ("left_shin", "left_foot", "right_shin", "right_foot"),
@@ -87,7 +80,7 @@ def find(motions: Mapping[str, pd.DataFrame], settings: Mapping[str, Any]) -> di
     rates = {record: skeleton.frame_rate(motion) for record, motion in motions.items()}
     bodies = {record: movement.body_frame(motion) for record, motion in motions.items()}
     found = {}
-    for section in SECTIONS:
+    for section in skeleton.SECTIONS:
         turning = {record: angular_speed(motions[record], section, rates[record]) for record in motions}
         limit = movement.threshold(turning.values(), settings["threshold"], LEAST_DEG_S)
         tables, traits = [], []
@@ -117,7 +110,7 @@ def reach_m() -> dict[str, float]:
 
 def angular_speed(motion: pd.DataFrame, section: str, fps: float) -> Floats:
     """Return the root of z of one section, (T,), in degrees per second; the weights u_j of the section sum to 1."""
-    joints = SECTIONS[section]
+    joints = skeleton.SECTIONS[section]
     matrices = skeleton.rotations(skeleton.angles(motion, joints))
     smoothed = movement.smooth(matrices, fps)
     change = movement.rate(smoothed, fps)

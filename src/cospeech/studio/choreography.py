@@ -147,7 +147,7 @@ def tracks(gestures: pd.DataFrame, manner: Style, rng: np.random.Generator) -> t
         following = labels[row + 1] if row + 1 < len(labels) else None
         if label == "rest":
             for track in hands:
-                value = _value(AT_REST, manner, rng, 0.3)
+                value = pose(AT_REST, manner, rng, 0.3)
                 track.key(start, value)
                 track.key(end, value)
         else:
@@ -169,33 +169,33 @@ def _phrase(
         end = max(end, start + UNAWARE_S)
     if label == "perpendicular" and manner.right_handed:
         figure = figure[::-1]
-    begin = start + _phase(PREPARATION, end - start) * rng.uniform(0.85, 1.15)
-    leave = _phase(RETRACTION if following == "rest" else LETS_GO, end - start)
+    begin = start + phase_s(PREPARATION, end - start) * rng.uniform(0.85, 1.15)
+    leave = phase_s(RETRACTION if following == "rest" else LETS_GO, end - start)
     stop = end if following is None else end - leave * rng.uniform(0.85, 1.15)
-    times = _beats(begin, stop, manner, rng)
+    times = turns(begin, stop, manner, rng)
     size = manner.size * rng.lognormal(0.0, 0.2)
     common = rng.normal(0.0, 0.04, 3)
     for track, hand in zip(hands, figure, strict=True):
         if hand is AT_REST:
-            value = _value(hand, manner, rng, 0.3)
+            value = pose(hand, manner, rng, 0.3)
             times_here, values = [begin, stop], [value, value]
         else:
-            times_here, values = _stroke(hand, times, size, _value(hand, manner, rng, 0.4, common))
+            times_here, values = _stroke(hand, times, size, pose(hand, manner, rng, 0.4, common))
         if not track.times_s:
-            track.key(start, _value(AT_REST, manner, rng, 0.3))
+            track.key(start, pose(AT_REST, manner, rng, 0.3))
         for time_s, value in zip(times_here, values, strict=True):
             track.key(time_s, value)
         if following == "rest":
-            track.key(end, _value(AT_REST, manner, rng, 0.3))
+            track.key(end, pose(AT_REST, manner, rng, 0.3))
 
 
-def _phase(law: tuple[float, float, float], duration_s: float) -> float:
+def phase_s(law: tuple[float, float, float], duration_s: float) -> float:
     """Return the duration of a phase: a fraction of the phrase within limits, and at most 42 % of it."""
     share, shortest, longest = law
     return min(max(share * duration_s, shortest), longest, 0.42 * duration_s)
 
 
-def _beats(begin: float, stop: float, manner: Style, rng: np.random.Generator) -> Floats:
+def turns(begin: float, stop: float, manner: Style, rng: np.random.Generator) -> Floats:
     """Return the turning points of the beats from ``begin`` to ``stop``: two per beat, with natural irregularity."""
     pace_s = manner.beat_s / 2 * rng.uniform(1.1, 1.8)
     held = HOLD * (rng.random() < manner.holds)  # in half beats
@@ -215,9 +215,7 @@ def _stroke(hand: Hand, times: Floats, size: float, base: Floats) -> tuple[list[
     return late.tolist(), [base + (away if turn % 2 else 0.0) for turn in range(len(times))]
 
 
-def _value(
-    hand: Hand, manner: Style, rng: np.random.Generator, spread: float, common: Floats | None = None
-) -> Floats:
+def pose(hand: Hand, manner: Style, rng: np.random.Generator, spread: float, common: Floats | None = None) -> Floats:
     """Return the keyframe values of one hand: those of its class in the actor's style, with random variation."""
     value = np.array([*hand.place, *hand.pole, hand.turn_deg, hand.bend_deg])
     value[:3] += rng.normal(0.0, 0.02 * spread, 3)

@@ -1,4 +1,4 @@
-"""Prosody features simulated without sound, so that hours of speech take seconds.
+"""Prosody features and syllables simulated without sound, so that hours of speech take seconds.
 
 The planted contours of pitch and intensity are used directly. The effects of the voice and the analysis window were
 measured on the sound of the studio (eight records of 60 s, two voices, frames of 25 ms in windows of 50 ms) and are
@@ -10,14 +10,26 @@ sampled here:
 - the best lag is the planted one with a standard deviation of 0.17 semitones, but arbitrary in 1.5 % of the voiced
   frames, in 57 % of the unvoiced ones, and in pauses;
 - the gain of a voiced frame is at most 1 minus the ratio of lag to window, that of an unvoiced frame about 0.3 and
-that
-  of a pause about 0.09; a correlation of 0.8 reproduces the measured frame-to-frame differences.
+  that of a pause about 0.09; a correlation of 0.8 reproduces the measured frame-to-frame differences.
+
+The syllables are those that a listener would find. Measured in the same way with ``cospeech.speech.syllables``
+(records of 90 s in the world ``all``):
+
+- 98 % of the planted syllables are found; the peak is 4 ms early with a standard deviation of 9 ms; the start is 5 ms
+  late and the end 23 ms early, with standard deviations of 31 and 38 ms; one syllable in twelve is found in two
+  parts, which is left out here;
+- the end of every tenth one is an unvoiced syllable of 55 ms, softer by 6 dB;
+- they are known 129 ms after their peak, with a standard deviation of 39 ms;
+- the pitch has an error of 0.35 semitones, and a rise or fall within a syllable is 0.6 times that of the plan; the
+  level is 2.5 dB below that of the peak, with a standard deviation of 1.1 dB.
 
 Clusters of these features share up to 0.05 more mutual information with the planted patterns than clusters of
 features from the sound, because real noise is not independent from frame to frame.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,7 +38,9 @@ from scipy.special import ndtr
 from cospeech.data.arrays import Flags, Floats
 from cospeech.data.rng import random_source
 from cospeech.data.segments import frame_times
-from cospeech.studio.melody import ROOM_DB, phrase_contours
+from cospeech.studio.melody import ROOM_DB, Contours, phrase_contours
+from cospeech.studio.scenes import Scene
+from cospeech.studio.syllables import sample
 
 WINDOW_S = 0.05
 """The analysis window used for the measurements."""
@@ -44,9 +58,57 @@ UNVOICED_GAIN = np.array([0.06, 0.11, 0.16, 0.26, 0.39, 0.62, 0.80])
 PAUSE_GAIN = np.array([0.05, 0.07, 0.08, 0.09, 0.10, 0.12, 0.20])
 """Measured quantiles at ``SHARES``."""
 
+FOUND = 0.98
+PEAK_S, START_S, END_S = (-0.004, 0.009), (0.005, 0.031), (-0.023, 0.038)
+"""Share of the syllables that are found; mean and standard deviation of the errors of their times."""
+
+NEAREST_S = 0.02
+"""Smallest distance of the peak of a syllable from its start and end."""
+
+SHORTEST_S = 0.06
+"""Shortest syllable that is found."""
+
+KNOWN_S, KNOWN_LIMITS_S = (0.129, 0.039), (0.05, 0.25)
+"""Mean and standard deviation of the delay after the peak until a syllable is known, and its limits."""
+
+PITCH_SPREAD_ST, SEEN_INFLECTION, STRAY_INFLECTION_ST = 0.35, 0.6, 0.15
+BELOW_PEAK_DB, LEVEL_SPREAD_DB = 2.5, 1.1
+ENDS_UNVOICED, UNVOICED_S, UNVOICED_DB = 0.1, 0.055, -6.0
+"""Pitch, level and unvoiced ends of syllables as listed above."""
+
+
+class Speech(NamedTuple):
+    """The speech of a record without sound: tables of the schemas ``prosody`` and ``syllables``."""
+
+    prosody: pd.DataFrame
+    syllables: pd.DataFrame
+
+
+def speech(record: str, scene: Scene, base_hz: float, frame_s: float, voiced_gain: float, seed: int) -> Speech:
+    """Return the simulated speech of one record; see ``features`` and ``syllables``.
+
+    In the world ``phrases``, where no syllables are planted, they are sampled here, with an even tempo.
+    """
+    delivery = scene.delivery()
+    if delivery is None:
+        contours: Contours = phrase_contours
+        spoken = sample(scene.prosody, None, random_source(seed, "syllables", record))
+    else:
+        contours, spoken = delivery.contours, delivery.syllables
+    return Speech(
+        features(record, scene.prosody, base_hz, frame_s, voiced_gain, seed, contours),
+        syllables(record, scene.prosody, spoken, base_hz, seed, contours),
+    )
+
 
 def features(
-    record: str, prosody: pd.DataFrame, base_hz: float, frame_s: float, voiced_gain: float, seed: int
+    record: str,
+    prosody: pd.DataFrame,
+    base_hz: float,
+    frame_s: float,
+    voiced_gain: float,
+    seed: int,
+    contours: Contours = phrase_contours,
 ) -> pd.DataFrame:
     """Return the simulated prosody features (schema ``prosody``) of one record.
 
@@ -55,11 +117,12 @@ def features(
     prosody : the intonation phrases of the record in the script.
     base_hz : base pitch of the speaker.
     voiced_gain : minimum gain of the frames that the mean lag is computed from (Özkul 2012, 4.2).
+    contours : pitch and intensity of the speech.
     """
     rng = random_source(seed, "features", record)
     n_frames = round(float(prosody["end_s"].iloc[-1]) / frame_s)
     times_s = frame_times(n_frames, 1.0 / frame_s)
-    pitch_st, intensity_db = phrase_contours(prosody, times_s)
+    pitch_st, intensity_db = contours(prosody, times_s)
     speaks = ~np.isnan(pitch_st)
     voiced = speaks & _voicing(n_frames, rng)
     planted_lag_s = 2.0 ** (-np.where(speaks, pitch_st, 0.0) / 12.0) / base_hz
@@ -118,3 +181,65 @@ def _gain(lag_s: Floats, speaks: Flags, voiced: Flags, rng: np.random.Generator)
         [voice, np.interp(share, SHARES, UNVOICED_GAIN)],
         np.interp(share, SHARES, PAUSE_GAIN),
     )
+
+
+def syllables(
+    record: str, prosody: pd.DataFrame, planted: pd.DataFrame, base_hz: float, seed: int, contours: Contours
+) -> pd.DataFrame:
+    """Return the syllables that a listener would find in the speech of one record (schema ``syllables``).
+
+    Parameters
+    ----------
+    prosody : the intonation phrases of the record in the script.
+    planted : its syllables: start_s, peak_s and end_s.
+    base_hz : base pitch of the speaker.
+    contours : pitch and intensity of the speech.
+    """
+    rng = random_source(seed, "found syllables", record)
+    long_enough = (planted["end_s"] - planted["start_s"]).to_numpy() >= SHORTEST_S
+    rows = planted[long_enough & (rng.random(len(planted)) < FOUND)]
+    start_s, peak_s, end_s = (rows[name].to_numpy(dtype=float) for name in ("start_s", "peak_s", "end_s"))
+    inside = 1e-3 * (end_s - start_s)
+    courses = [contours(prosody, times_s) for times_s in (start_s + inside, peak_s, end_s - inside)]
+    begin_st, peak_st, last_st = (pitch_st for pitch_st, _ in courses)
+    rise_st, fall_st = (
+        SEEN_INFLECTION * np.max([np.zeros(len(rows)), *(sign * step for step in steps)], axis=0)
+        + np.abs(rng.normal(0.0, STRAY_INFLECTION_ST, len(rows)))
+        for steps in [(peak_st - begin_st, last_st - peak_st, last_st - begin_st)]
+        for sign in (1.0, -1.0)
+    )
+    f0_hz = base_hz * 2.0 ** ((peak_st + rng.normal(0.0, PITCH_SPREAD_ST, len(rows))) / 12.0)
+    found_peak_s = np.clip(peak_s + rng.normal(*PEAK_S, len(rows)), start_s + NEAREST_S, end_s - NEAREST_S)
+    earliest_s = np.append(0.0, found_peak_s + NEAREST_S)[:-1]
+    found_start_s = np.clip(start_s + rng.normal(*START_S, len(rows)), earliest_s, found_peak_s - NEAREST_S)
+    latest_s = np.append(found_start_s, prosody["end_s"].iloc[-1])[1:]
+    found_end_s = np.clip(end_s + rng.normal(*END_S, len(rows)), found_peak_s + NEAREST_S, latest_s)
+    voiced = pd.DataFrame(
+        {
+            "start_s": found_start_s,
+            "peak_s": found_peak_s,
+            "end_s": found_end_s,
+            "known_s": found_peak_s + np.clip(rng.normal(*KNOWN_S, len(rows)), *KNOWN_LIMITS_S),
+            "f0_hz": f0_hz,
+            "f0_rise_hz": f0_hz * (2.0 ** (rise_st / 12.0) - 1.0),
+            "f0_fall_hz": f0_hz * (1.0 - 2.0 ** (-fall_st / 12.0)),
+            "intensity_db": courses[1][1] - BELOW_PEAK_DB + rng.normal(0.0, LEVEL_SPREAD_DB, len(rows)),
+        }
+    )
+    table = pd.concat([voiced, _unvoiced_ends(voiced, rng)]).sort_values("peak_s", ignore_index=True)
+    table["known_s"] = np.minimum(np.maximum.accumulate(table["known_s"]), float(prosody["end_s"].iloc[-1]))
+    return table.assign(record=record, syllable=np.arange(len(table)))[["record", "syllable", *voiced.columns]]
+
+
+def _unvoiced_ends(voiced: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+    """Return the unvoiced syllables at the ends of some voiced ones, which are shortened by them."""
+    long = (voiced["end_s"] - voiced["peak_s"]).to_numpy() > UNVOICED_S + NEAREST_S
+    chosen = long & (rng.random(len(voiced)) < ENDS_UNVOICED * len(long) / max(1, long.sum()))
+    ends = voiced[chosen].copy()
+    ends["start_s"] = ends["end_s"] - UNVOICED_S
+    ends["peak_s"] = ends["start_s"] + UNVOICED_S / 2
+    ends["known_s"] = ends["peak_s"] + np.clip(rng.normal(*KNOWN_S, len(ends)), *KNOWN_LIMITS_S)
+    ends[["f0_hz", "f0_rise_hz", "f0_fall_hz"]] = np.nan
+    ends["intensity_db"] += UNVOICED_DB
+    voiced.loc[chosen, "end_s"] = ends["start_s"]
+    return ends

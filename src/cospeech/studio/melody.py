@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,11 @@ GLIDE_S = 0.04
 """Duration of the transition of pitch and intensity from one phrase to the next."""
 
 
+Contours = Callable[[pd.DataFrame, Floats], tuple[Floats, Floats]]
+"""Function of the intonation phrases of a record and of times (T,) that returns pitch and intensity (T,) as
+``phrase_contours`` does."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """The target contours of one record with time step ``STEP_S``: pitch in Hz and intensity in dB, NaN in pauses."""
@@ -37,20 +43,14 @@ class Plan:
         """Return the target intensity in decibels re full scale at ``times_s``."""
         return np.interp(times_s, self.times_s, self.intensity_db)
 
+    def within(self, lowest_hz: float, highest_hz: float) -> Plan:
+        """Return the plan with its pitch limited to a range."""
+        return Plan(self.times_s, np.clip(self.pitch_hz, lowest_hz, highest_hz), self.intensity_db)
+
     def part(self, start_s: float, end_s: float) -> Plan:
         """Return the plan between two times."""
         here = (self.times_s >= start_s) & (self.times_s < end_s)
         return Plan(self.times_s[here], self.pitch_hz[here], self.intensity_db[here])
-
-
-def plan(prosody: pd.DataFrame, base_hz: float) -> Plan:
-    """Return the target contours of a record for a speaker with the base pitch ``base_hz``.
-
-    Pitch and intensity change smoothly from one phrase to the next within a few hundredths of a second.
-    """
-    times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / STEP_S), 1.0 / STEP_S)
-    pitch_st, intensity_db = phrase_contours(prosody, times_s)
-    return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
 
 
 def phrase_contours(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
@@ -69,6 +69,16 @@ def phrase_contours(prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Flo
             pitch_st[here] = contour(pattern.pitch_st, u[here])
             intensity_db[here] = LEVEL_DB + contour(pattern.intensity_db, u[here])
     return pitch_st, intensity_db
+
+
+def plan(prosody: pd.DataFrame, base_hz: float, contours: Contours = phrase_contours) -> Plan:
+    """Return the target contours of a record for a speaker with the base pitch ``base_hz``.
+
+    Pitch and intensity change smoothly from one phrase or syllable to the next within a few hundredths of a second.
+    """
+    times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / STEP_S), 1.0 / STEP_S)
+    pitch_st, intensity_db = contours(prosody, times_s)
+    return Plan(times_s, base_hz * 2.0 ** (_glide(pitch_st) / 12.0), _glide(intensity_db))
 
 
 def _glide(values: Floats) -> Floats:

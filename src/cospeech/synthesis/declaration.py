@@ -69,8 +69,9 @@ class System:
         segments into phrases.
     shares : name of the system whose trained model it uses, if that is not its own.
     tables : tables of its trained model, name to schema.
-    schemas : import path of the package whose folder contains the schemas in ``tables``, one ``<schema>.yaml`` each.
-        Schemas that are not there are those of cospeech.
+    reports : tables about what it does with the speech of a record, name to schema (see ``interface.Reporting``).
+    schemas : import path of the package whose folder contains the schemas in ``tables`` and ``reports``, one
+        ``<schema>.yaml`` each. Schemas that are not there are those of cospeech.
     settings : names and default values of its own settings, ``synthesis.systems.<name>`` in the configuration.
     order : position among the systems of its role; small numbers come first, and other packages after cospeech.
     controls : names of its two matched controls, which are the same decoder driven by ``shuffled`` and by ``shifted``
@@ -95,6 +96,7 @@ class System:
     makes: Output = "phrases"
     shares: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
+    reports: Mapping[str, str] = field(default_factory=dict)
     schemas: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
     order: int = 1000
@@ -126,11 +128,16 @@ class System:
                 f"declares the role 'system', but needs none of {', '.join(map(repr, SPEECH))}: no speech would "
                 "drive it; declare one of them, or the role 'control'"
             )
-        for table, schema in self.tables.items():
-            if table in RESERVED:
-                raise DeclarationError(f"declares a table '{table}' of its model; the name is reserved, use another")
-            if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
-                raise DeclarationError(f"declares the table {table!r} with the schema {schema!r}; both must be names")
+        for table in self.reports.keys() & self.tables.keys():
+            raise DeclarationError(f"declares a table '{table}' both of its model and among its reports; rename one")
+        for named, where in ((self.tables, "of its model"), (self.reports, "among its reports")):
+            for table, schema in named.items():
+                if table in RESERVED:
+                    raise DeclarationError(f"declares a table '{table}' {where}; the name is reserved, use another")
+                if not all(isinstance(word, str) and re.fullmatch(NAME, word) for word in (table, schema)):
+                    raise DeclarationError(
+                        f"declares the table {table!r} with the schema {schema!r}; both must be names"
+                    )
         if self.draws < 1 or (self.draws > 1 and self.role != "control"):
             raise DeclarationError(f"declares {self.draws} draws; only a control can have more than one")
         if not self.method:
@@ -156,8 +163,16 @@ class System:
     @property
     def table_schemas(self) -> dict[str, str]:
         """The schema of each of its model's tables, as ``data.tables.schema`` finds it."""
+        return self._found(self.tables)
+
+    @property
+    def report_schemas(self) -> dict[str, str]:
+        """The schema of each of its reports, as ``data.tables.schema`` finds it."""
+        return self._found(self.reports)
+
+    def _found(self, named: Mapping[str, str]) -> dict[str, str]:
         package = f"{self.schemas}:" if self.schemas else ""
-        return {table: f"{package}{schema}" for table, schema in self.tables.items()}
+        return {table: f"{package}{schema}" for table, schema in named.items()}
 
     def matched_controls(self) -> list[System]:
         """Return the controls that run this system's decoder on the wrong speech."""
@@ -172,6 +187,6 @@ class System:
 _TYPES: dict[str, type] = {
     **dict.fromkeys(("title", "method", "source", "shares", "schemas"), str),
     **dict.fromkeys(("needs", "controls"), tuple),
-    **dict.fromkeys(("tables", "settings"), Mapping),
+    **dict.fromkeys(("tables", "reports", "settings"), Mapping),
     **dict.fromkeys(("order", "draws"), int),
 }

@@ -142,6 +142,16 @@ class Method(Protocol):
         """
 
 
+class Reporting(Protocol):
+    """What the module behind a declaration with ``reports`` has in addition."""
+
+    def report(self, training: Training, model: Model, speech: Speech, seed: int) -> dict[str, pd.DataFrame]:
+        """Return the declared reports: tables about what the model does with the speech of a record.
+
+        They are written next to what it makes, as material for exhibits, and do not influence it.
+        """
+
+
 def decoding(speech: Speech, **values: Any) -> pd.DataFrame:
     """Return the row of schema ``decoding`` for a record; values that are not given are null."""
     columns = ("log_score", "emission_weight", "censoring", "driving_record", "shift_s", "failure")

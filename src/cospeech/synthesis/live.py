@@ -13,7 +13,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.errors import UserError
 from cospeech.motion import library
+from cospeech.motion.body import STANDARD
 from cospeech.synthesis.declaration import Output
 from cospeech.synthesis.interface import Model, Speech, Synthesis, decoding, phrases_of
 
@@ -117,9 +119,20 @@ def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, se
 
 
 def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:
-    """Return the motion table of frames that were made one after another, as tables or as poses."""
+    """Return the motion table of frames that were made one after another, as tables or as poses.
+
+    Raises
+    ------
+    UserError : if the poses are of another body than that of motion tables.
+    """
     tables = [part for part in parts if isinstance(part, pd.DataFrame)]
     if len(tables) == len(parts):
         return pd.concat(tables, ignore_index=True)
     rows = np.concatenate([np.asarray(part) for part in parts])
-    return library.to_motion(library.Poses.from_frames(rows), fps)
+    poses = library.Poses.from_frames(rows)
+    if poses.rotations.shape[1] != len(STANDARD.joints):
+        raise UserError(
+            f"the model moves another body, of {poses.rotations.shape[1]} joints, which a motion table cannot "
+            "describe; run it with 'cospeech live'"
+        )
+    return library.to_motion(poses, fps)

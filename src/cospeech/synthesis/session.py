@@ -107,6 +107,22 @@ class Session:
             )
         return found
 
+    def reports(self, system: System, driving: Driving) -> dict[str, pd.DataFrame]:
+        """Return the reports of a system about its first draw.
+
+        Raises
+        ------
+        UserError : if they are not those that it declares.
+        """
+        trained = self.trained(system)
+        method: Any = trained.method
+        with naming(system):
+            found = method.report(self.training, trained.model, driving.speeches(system)[0], driving.seed)
+            problem = _tables_fault(found, system.report_schemas)
+        if problem:
+            raise UserError(f"system '{system.name}' declares the reports {', '.join(system.reports)}, but {problem}")
+        return found
+
     def synthesise(self, system: System, driving: Driving) -> list[Synthesis]:
         """Return what a system makes of the speech that drives it, once per draw; see ``perform``."""
         trained = self.trained(system)
@@ -254,12 +270,17 @@ def _decoding_fault(row: Any, speech: Speech) -> str | None:
 
 def table_fault(system: System, found: Any) -> str | None:
     """Return what is wrong with the tables of a system's model, or None."""
+    return _tables_fault(found, system.table_schemas)
+
+
+def _tables_fault(found: Any, schemas: Mapping[str, str]) -> str | None:
+    """Return what is wrong with tables that should have these schemas, by name, or None."""
     if not (isinstance(found, Mapping) and all(isinstance(table, pd.DataFrame) for table in found.values())):
         return "it returned no tables by name"
-    if set(found) != set(system.tables):
+    if set(found) != set(schemas):
         return f"it returned {', '.join(found) or 'none'}"
     try:
-        for name, schema in system.table_schemas.items():
+        for name, schema in schemas.items():
             tables.validate(found[name], schema, f"its table '{name}'")
     except UserError as error:
         return str(error)

@@ -211,10 +211,22 @@ def _impossible(config: Config) -> list[str]:
         shortest = min(actor["duration_s"] for actor in config["studio"]["actors"])
         if inner["head_s"] + inner["tail_s"] >= shortest:
             problems.append(f"evaluation.interior leaves nothing of a record of {shortest} s")
-        if not config["studio"]["sound"] and config["phrases"]["gesture"]["first_examples"] == "rules":
-            problems.append("phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out")
-        if config["studio"]["film"] and not config["studio"]["sound"]:
-            problems.append("studio.film needs studio.sound: without it, records are features and nobody moves")
+        studio = config["studio"]
+        if studio["sound"] and studio["motion"]:
+            problems.append("studio.motion: records with sound always have motion; set it to false")
+        if not (studio["sound"] or studio["motion"]):
+            if config["phrases"]["gesture"]["first_examples"] == "rules":
+                problems.append(
+                    "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
+                )
+            if studio["world"] != "phrases":
+                problems.append(
+                    f"studio.world: '{studio['world']}' is about how the body moves; set studio.motion to true"
+                )
+        if studio["couplings"] and studio["world"] != "all":
+            problems.append("studio.couplings are those of the parts of the world 'all'; use studio.coupling")
+        if studio["film"] and not studio["sound"]:
+            problems.append("studio.film needs studio.sound: without it, nobody is filmed")
     return problems
 
 

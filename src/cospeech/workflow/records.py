@@ -20,10 +20,10 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 
 RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "views", "audio",
-    "prosody", "gestures", "annotations", "start_s", "end_s", "channel",
+    "prosody", "syllables", "gestures", "annotations", "start_s", "end_s", "channel",
 )  # fmt: skip
 
-FILE_FIELDS = ("motion", "audio", "prosody", "gestures", "annotations")
+FILE_FIELDS = ("motion", "audio", "prosody", "syllables", "gestures", "annotations")
 
 TIMES = ("start_s", "end_s")
 
@@ -66,6 +66,8 @@ def records(config: Config, results: str) -> dict[str, Record]:
 def brings(listed: dict[str, Record]) -> frozenset[str]:
     """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
 
+    With prosody, they can bring syllables.
+
     Raises
     ------
     UserError : where records differ in it, or one brings nothing.
@@ -77,7 +79,9 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
         if body is None or voice is None:
             missing = "motion (or views, or gestures)" if body is None else "audio (or prosody)"
             raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
-        kinds[name] = frozenset({body, voice})
+        if record["syllables"] and voice == "audio":
+            raise UserError(f"config: record '{name}': syllables are found in its audio; leave one of them out")
+        kinds[name] = frozenset({body, voice, *(["syllables"] if record["syllables"] else [])})
     if not kinds:
         return frozenset()
     first_name, first = next(iter(kinds.items()))
@@ -128,7 +132,8 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 record |= body | {"audio": f"{raw}.wav"}
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
-                record |= {"gestures": f"{raw}.gestures.parquet", "prosody": f"{raw}.prosody.parquet"}
+                kinds = ("motion" if config["studio"]["motion"] else "gestures", "prosody", "syllables")
+                record |= {kind: f"{raw}.{kind}.parquet" for kind in kinds}
             listed.append(record)
     return listed
 

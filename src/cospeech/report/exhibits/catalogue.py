@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cospeech.report.exhibits.declaration import OZKUL_2012, Condition, Exhibit, Section, Source
+from cospeech.report.exhibits.declaration import LEVINE_2009, OZKUL_2012, Condition, Exhibit, Section, Source
 
 SECTIONS = (
     Section("speech", "From speech to gesture", "Speech"),
@@ -11,6 +11,7 @@ SECTIONS = (
     Section("scores", "Scores", "Scores"),
     Section("voice", "Another voice", "Another voice"),
     Section("thesis", "The experiments of the thesis", "Thesis"),
+    Section("body_language", "The experiments on body language", "Body language"),
     Section("corpus", "The corpus", "Corpus"),
     Section("planted", "What was planted", "Planted"),
 )
@@ -22,10 +23,13 @@ CONDITIONS = (
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),
+    Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition(
         "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
     ),
 )
+
+BODY_LANGUAGE = "synthesis/bodylanguage/main/{first_record}"
 
 SOURCES = {
     "records": Source("corpus/records.parquet", "records"),
@@ -52,6 +56,11 @@ SOURCES = {
     "film_effect": Source("evaluation/film_effect.parquet", "film_effect"),
     "capture_scores": Source("capture/capture_scores.parquet", "capture_scores"),
     "observability": Source("capture/{captured}/observability.parquet", "observability"),
+    "subunit_library": Source(f"{BODY_LANGUAGE}/subunits.parquet", "subunit_library"),
+    "subunit_clusters": Source(f"{BODY_LANGUAGE}/clusters.parquet", "subunit_clusters"),
+    "observation_occurrences": Source(f"{BODY_LANGUAGE}/occurrences.parquet", "observation_occurrences"),
+    "subunit_selections": Source(f"{BODY_LANGUAGE}/selections.parquet", "subunit_selections"),
+    "elapsed_errors": Source(f"{BODY_LANGUAGE}/elapsed.parquet", "elapsed_errors"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
     "stills_picture": Source("animation/stills.png"),
@@ -147,6 +156,33 @@ EXHIBITS = (
     Exhibit(
         "fig-6.3", "thesis", "motion:smoothing", document=OZKUL_2012,
         sources={"trial": "smoothing"}, needs=("motion",),
+    ),
+    Exhibit(
+        "body-language-table-2.1", "body_language", "body_language:subunits", document=LEVINE_2009, figure=False,
+        sources={"library": "subunit_library"}, needs=("bodylanguage_random",), show="body_language:subunit_table",
+        published="body-language-table-2.1", compare="body_language:compare_subunits",
+    ),
+    Exhibit(
+        "body-language-table-3.1", "body_language", "body_language:occurrences", document=LEVINE_2009, figure=False,
+        sources={"occurrences": "observation_occurrences"}, needs=("bodylanguage_random",),
+        show="body_language:occurrence_table",
+        published="body-language-table-3.1", compare="body_language:compare_occurrences",
+    ),
+    Exhibit(
+        "fig-continuation", "body_language", "body_language:continuations",
+        sources={"clusters": "subunit_clusters"}, needs=("bodylanguage_random",),
+    ),
+    Exhibit(
+        "body-language-fig-5.2", "body_language", "body_language:selections", document=LEVINE_2009,
+        sources={"selections": "subunit_selections"}, needs=("bodylanguage_random",),
+    ),
+    Exhibit(
+        "table-elapsed", "body_language", "body_language:elapsed", figure=False,
+        sources={"errors": "elapsed_errors"}, needs=("bodylanguage_random",), show="body_language:elapsed_table",
+    ),
+    Exhibit(
+        "body-language-fig-6.1", "body_language", "pictures:draw", document=LEVINE_2009, numbers=False,
+        sources={"picture": "strip_picture"}, needs=("motion", "bodylanguage_random"),
     ),
     Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,

@@ -14,6 +14,9 @@ PACKAGE = "cospeech.report.exhibits"
 OZKUL_2012 = "Özkul 2012"
 """S. Özkul, "Speech Driven Upper Body Gesture Analysis and Synthesis", Koç University, 2012."""
 
+LEVINE_2009 = "Levine 2009"
+"""S. Levine, "Body Language Animation Synthesis from Prosody", honors thesis, Stanford University, 2009."""
+
 Names = Mapping[str, Sequence[Any]]
 """What the placeholders of a source's path may stand for."""
 

@@ -18,6 +18,14 @@ ORIGINS = {
 
 TRACKERS = {"robust": "the robust tracker", "thesis": "the plain tracker of the thesis"}
 
+WORLDS = {
+    "phrases": "predicts gesture in {} of the phrases",
+    "vigour": "tells how vigorously the hands move in {} of the time",
+    "syllables": "tells when parts of gestures begin, and which, in {} of the time",
+    "all": "predicts the class of a gesture in {} of the phrases, and its vigour and parts in as much of the time",
+}
+"""What speech tells about gesture in each world of the studio, and how often."""
+
 
 class Banner(NamedTuple):
     """What is virtual and what is real, at the top of the page."""
@@ -97,19 +105,20 @@ def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
     made = (
         "A program drew their gestures and the melody of their speech; a speech synthesiser spoke, and a body moved."
         if studio["sound"]
+        else "A program drew their gestures and the features of their speech, and a body moved; there is no voice."
+        if studio["motion"]
         else "A program drew their gestures and the features of their speech; there is neither voice nor body."
     )
     coupling = studio["coupling"]
-    planned = (
-        "does not predict gesture, so that no system should beat its controls"
-        if coupling == 0
-        else f"predicts gesture in {100 * coupling:g} % of the phrases"
-    )
+    planned = WORLDS[studio["world"]].format(f"{100 * coupling:g} %")
+    if coupling == 0 and not any(studio["couplings"].values()):
+        planned = "does not predict gesture, so that no system should beat its controls"
+    own = "; ".join(f"{part}: {value:g}" for part, value in studio["couplings"].items())
     return Banner(
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size}. {made} By design, speech {planned} (coupling {coupling:g}).",
+            f"{size}. {made} By design, speech {planned} (coupling {coupling:g}{own and f'; {own}'}).",
             *(_filmed(config, cameras) if cameras is not None else ()),
             "These numbers show how well the methods recover what was planted. They say nothing about people, and "
             "their values are not comparable with published ones, which come from recordings.",

@@ -67,12 +67,18 @@ def _log_densities(frames: Floats, mean: Floats, factors: Floats, f0: Range) -> 
 
 
 class Memberships:
-    """Computes P(x_t in C_k), for clusters whose covariances need to be factored only once."""
+    """Computes P(x_t in C_k), for clusters whose covariances need to be factored only once.
+
+    Attributes
+    ----------
+    factors : (K, D, D) lower Cholesky factors of the covariances.
+    weights : (K,) logarithms of the weights of the clusters.
+    """
 
     def __init__(self, clusters: Clusters, f0: Range) -> None:
         self._clusters, self._f0 = clusters, f0
-        self._factors = _factors(clusters.covariance)
-        self._weights = np.log(clusters.weight)
+        self.factors = _factors(clusters.covariance)
+        self.weights = np.log(clusters.weight)
 
     def of(self, frames: Floats) -> Floats:
         """Return P(x_t in C_k), (T, K), of frames (T, D)."""
@@ -80,20 +86,14 @@ class Memberships:
 
     def and_likelihood(self, frames: Floats) -> tuple[Floats, float]:
         """Return P(x_t in C_k) and the log-likelihood of the frames."""
-        return _shares(_log_densities(frames, self._clusters.mean, self._factors, self._f0) + self._weights)
+        scores = _log_densities(frames, self._clusters.mean, self.factors, self._f0)
+        probabilities = np.empty_like(scores)
+        return probabilities, clusters_kernels.shares(scores, self.weights, probabilities)
 
 
 def memberships(clusters: Clusters, frames: Floats, f0: Range) -> Floats:
     """Return P(x_t in C_k), (T, K), of frames (T, D)."""
     return Memberships(clusters, f0).of(frames)
-
-
-def _shares(scores: Floats) -> tuple[Floats, float]:
-    """Return probabilities (T, K) proportional to exp(scores), and the sum over t of the logs of their sums."""
-    top = scores.max(axis=1, keepdims=True)
-    shares = np.exp(scores - top)
-    total = shares.sum(axis=1, keepdims=True)
-    return shares / total, float((top + np.log(total)).sum())
 
 
 def weighted_gaussians(

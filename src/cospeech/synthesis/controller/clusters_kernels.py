@@ -118,3 +118,29 @@ def add_moments(
                 for e in range(n_features):
                     second[k, d, e] += weight * offset[d] * offset[e]
             second[k, last, last] += weight * variance
+
+
+@njit
+def shares(scores: Floats, weights: Floats, probabilities: Floats) -> float:
+    """Write the probabilities of the clusters, (T, K), and return the log-likelihood of the frames.
+
+    Parameters
+    ----------
+    scores : (T, K) log density of each frame in each cluster.
+    weights : (K,) logarithms of the weights of the clusters.
+    """
+    likelihood = 0.0
+    for t in range(len(scores)):
+        row = probabilities[t]
+        top = -math.inf
+        for k in range(len(weights)):
+            row[k] = scores[t, k] + weights[k]
+            top = max(top, row[k])
+        total = 0.0
+        for k in range(len(weights)):
+            row[k] = math.exp(row[k] - top)
+            total += row[k]
+        for k in range(len(weights)):
+            row[k] /= total
+        likelihood += top + math.log(total)
+    return likelihood

@@ -18,10 +18,11 @@ import numpy as np
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-from cospeech.markov import crf, gaussian_hmm
+from cospeech.kernels.jit import njit
+from cospeech.markov import crf, crf_chain, gaussian_hmm
 from cospeech.markov.crf import CRF, Targets
 from cospeech.markov.gaussian_hmm import GaussianHMM
-from cospeech.synthesis.controller import clusters
+from cospeech.synthesis.controller import clusters, clusters_kernels
 from cospeech.synthesis.controller.clusters import Clusters, Range
 
 KINEMATICS = ("temporal_extent", "spatial_extent", "velocity", "acceleration", "curvature", "height")
@@ -219,22 +220,65 @@ def smoothed(layer: Inference, prosody: Floats) -> Floats:
     return crf.smoothed(layer.crf, features(layer, prosody)).beliefs
 
 
+@njit
+def _step(
+    prosody: Floats,
+    mean: Floats,
+    sd: Floats,
+    f0: Floats,
+    clusters: tuple[Floats, Floats, Floats],
+    weights: tuple[Floats, Floats],
+    recent: Floats,
+    memory: tuple[Floats, Floats],
+    begun: bool,
+) -> None:
+    """Continue the forward algorithm by one time step.
+
+    Parameters
+    ----------
+    prosody : (1, 3), mean, sd : (3,) scale. f0 : (2,) range of an unknown F0.
+    clusters : means (K, 3), Cholesky factors (K, 3, 3), and logarithms of the weights (K,).
+    weights : of the CRF: exponentials of the transition weights (S, S), and observation weights (W * K, S).
+    recent : (W, K) probabilities of the clusters, the latest first; updated.
+    memory : what the last belief predicts, and the last belief, (S,) each; updated.
+    begun : whether there was a time step before.
+    """
+    window, n_clusters = recent.shape
+    ahead, belief = memory
+    frame, scores = np.empty((1, len(mean))), np.empty((1, n_clusters))
+    for d in range(len(mean)):
+        frame[0, d] = (prosody[0, d] - mean[d]) / sd[d]
+    clusters_kernels.log_densities(frame, clusters[0], clusters[1], f0[0], f0[1], scores)
+    for lag in range(window - 1, 0, -1):
+        recent[lag] = recent[lag - 1]
+    clusters_kernels.shares(scores, clusters[2], recent[:1])
+    if not begun:
+        recent[1:] = recent[0]
+    if begun:
+        crf_chain.predict(belief, weights[0], ahead)
+    observed = np.empty((1, len(belief)))
+    crf_chain.products(recent.reshape(1, window * n_clusters), weights[1], observed)
+    crf_chain.weigh(ahead, observed[0], belief)
+
+
 class Beliefs:
     """The online beliefs, one time step at a time; equal to ``filtered`` to the last bit."""
 
     def __init__(self, layer: Inference) -> None:
-        self._layer = layer
-        self._clusters = clusters.Memberships(layer.clusters, layer.f0)
-        self._filter = crf.Filter(layer.crf)
-        self._recent: list[Floats] = []
+        known = clusters.Memberships(layer.clusters, layer.f0)
+        n_states = len(layer.hmm.mean)
+        self._scale = (layer.prosody.mean, layer.prosody.sd, np.array(layer.f0))
+        self._clusters = (layer.clusters.mean, known.factors, known.weights)
+        self._weights = (crf.path_factors(layer.crf)[0], layer.crf.observations)
+        self._recent = np.zeros((layer.window, len(layer.clusters.weight)))
+        self._memory = (np.ones(n_states), np.empty(n_states))
+        self._begun = False
 
     def step(self, prosody: Floats) -> Floats:
         """Return the belief (S,), given the prosody (3,) of the next time step and of all earlier ones."""
-        layer = self._layer
-        shares = self._clusters.of(layer.prosody.apply(prosody)[None])[0]
-        kept = self._recent[: layer.window - 1] if self._recent else [shares] * (layer.window - 1)
-        self._recent = [shares, *kept]
-        return self._filter.step(np.concatenate(self._recent))
+        _step(prosody[None], *self._scale, self._clusters, self._weights, self._recent, self._memory, self._begun)
+        self._begun = True
+        return self._memory[1].copy()
 
 
 def remap(layer: Inference, targets: Sequence[Targets], prosody: Sequence[Floats], settings: Settings) -> Remapped:

@@ -120,6 +120,102 @@ def _frame_index(cut: Pieces, known: Entrances) -> Integers:
     return started[known.segment] + known.frame
 
 
+class Step(NamedTuple):
+    """What is shown at one time step.
+
+    Attributes
+    ----------
+    segment, frame : the segment, and its frame.
+    decided : whether there was a decision, which is the case at the end of each piece.
+    cost : expected discounted cost from this step on, at the last decision.
+    """
+
+    segment: int
+    frame: int
+    decided: bool
+    cost: float
+
+
+class Repetition(NamedTuple):
+    """What a segment costs in addition when it has been shown recently.
+
+    Attributes
+    ----------
+    cost : right after it was entered. decay : factor of this cost per time step, below 1.
+    """
+
+    cost: float
+    decay: float
+
+
+class Player:
+    """The online controller, one time step at a time.
+
+    Parameters
+    ----------
+    found : the policy without labels.
+    labels : by word.
+    rest : see ``solve``; None if there are no labels.
+    repetition : None: recently shown segments cost no more than others, as in the paper.
+    """
+
+    def __init__(
+        self,
+        found: Policy,
+        labels: Mapping[str, Label],
+        cut: Pieces,
+        rows: Rows,
+        rest: Floats | None = None,
+        repetition: Repetition | None = None,
+    ) -> None:
+        self._cut, self._rows = cut, rows
+        self._repetition = repetition or Repetition(0.0, 0.0)
+        self._repeated, self._since = np.zeros(len(cut.first) - 1), 0
+        self._piece, self._frame, self._pending, self._cost = -1, -1, "", 0.0
+        self.change(found, labels, rest)
+
+    def change(self, found: Policy, labels: Mapping[str, Label], rest: Floats | None = None) -> None:
+        """Continue with another policy of the same library; a pending word stays pending."""
+        self._found, self._labels, self._rest = found, labels, rest
+        self._index = {word: _frame_index(self._cut, label.entrances) for word, label in labels.items()}
+
+    def hear(self, word: str) -> None:
+        """Note that a word was heard. It replaces a pending one, and is ignored if it has no label."""
+        if word in self._labels:
+            self._pending = word
+
+    def step(self, belief: Floats) -> Step:
+        """Return what to show at the next time step, given the belief (I,) of the forward algorithm."""
+        cut, piece = self._cut, self._piece
+        self._since += 1
+        if piece >= 0 and self._frame < cut.end[piece]:
+            self._frame += 1
+            return Step(int(cut.segment[piece]), self._frame, False, self._cost)
+        current = self._labels[self._pending].pending if self._pending else self._found
+        if piece < 0:
+            decision = policy.begin(current, belief)
+        else:
+            self._repeated *= self._repetition.decay**self._since
+            self._since = 0
+            row = self._rows(slice(piece, piece + 1))[0] + self._repeated
+            decision = policy.decide(current, cut, row, piece, belief)
+        following = piece + 1 if decision.segment == CONTINUE else int(cut.first[decision.segment])
+        start, cost = int(cut.begin[following]), decision.cost
+        if self._pending and piece >= 0 and self._rest is not None:
+            known = self._labels[self._pending].entrances
+            costs = known.cost[piece] + self._rest[self._index[self._pending][piece]] @ belief
+            best = int(np.argmin(costs))
+            if costs[best] < decision.cost:
+                a, start, cost = int(known.segment[best]), int(known.frame[piece, best]), float(costs[best])
+                self._pending = ""
+                ends = cut.end[cut.first[a] : cut.first[a + 1]]
+                following = int(cut.first[a] + np.searchsorted(ends, start))
+        if following != piece + 1 or cut.closing[piece]:
+            self._repeated[cut.segment[following]] = self._repetition.cost
+        self._piece, self._frame, self._cost = following, start, cost
+        return Step(int(cut.segment[following]), start, True, cost)
+
+
 def play(
     found: Policy,
     labels: Mapping[str, Label],
@@ -129,39 +225,17 @@ def play(
     beliefs: Floats,
     words: Sequence[str],
 ) -> Path:
-    """Return the path that is selected step by step, with a label from when its word is heard until it is satisfied.
+    """Return the path of a ``Player``.
 
     Parameters
     ----------
-    found : the policy without labels.
-    rest : see ``solve``.
     beliefs : (T, I) of the forward algorithm.
-    words : T words, those that are heard at each time step; empty if none. A new word replaces a pending one, and
-        words without a label are ignored.
+    words : T words, those that are heard at each time step; empty if none.
+    others : see ``Player``.
     """
+    player = Player(found, labels, cut, rows, rest)
     segment, frame = np.empty(len(beliefs), dtype=np.int64), np.empty(len(beliefs), dtype=np.int64)
-    index = {word: _frame_index(cut, label.entrances) for word, label in labels.items()}
-    piece, pending = -1, ""
     for t, (belief, word) in enumerate(zip(beliefs, words, strict=True)):
-        pending = word if word in labels else pending
-        if piece >= 0 and frame[t - 1] < cut.end[piece]:
-            segment[t], frame[t] = segment[t - 1], frame[t - 1] + 1
-            continue
-        current = labels[pending].pending if pending else found
-        if piece < 0:
-            decision = policy.begin(current, belief)
-        else:
-            decision = policy.decide(current, cut, rows(slice(piece, piece + 1))[0], piece, belief)
-        following = piece + 1 if decision.segment == CONTINUE else int(cut.first[decision.segment])
-        start = int(cut.begin[following])
-        if pending and piece >= 0:
-            known = labels[pending].entrances
-            costs = known.cost[piece] + rest[index[pending][piece]] @ belief
-            best = int(np.argmin(costs))
-            if costs[best] < decision.cost:
-                a, start, pending = int(known.segment[best]), int(known.frame[piece, best]), ""
-                ends = cut.end[cut.first[a] : cut.first[a + 1]]
-                following = int(cut.first[a] + np.searchsorted(ends, start))
-        piece = following
-        segment[t], frame[t] = cut.segment[piece], start
+        player.hear(word)
+        segment[t], frame[t] = player.step(belief)[:2]
     return Path(segment, frame)

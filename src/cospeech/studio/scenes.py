@@ -1,0 +1,195 @@
+"""The scene of a record: everything that is planted in it, in any world.
+
+In the world ``phrases``, this is the script alone. The other worlds add syllables, and, depending on the world,
+arousal and the subunits that follow syllables. ``worlds`` describes what depends on what.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from cospeech.data.arrays import Flags, Floats
+from cospeech.data.rng import random_source
+from cospeech.data.vocabulary import GESTURES
+from cospeech.studio import arousal, cast, script, subunits, syllables, worlds
+from cospeech.studio.syllables import Delivery
+from cospeech.studio.worlds import Couplings
+
+TABLES = {
+    "gesture_phrases": ("gestures", "segments"),
+    "prosody_phrases": ("prosody", "segments"),
+    "syllables": ("syllables", "planted_syllables"),
+    "arousal_speech": ("spoken", "segments"),
+    "arousal_hands": ("shown", "segments"),
+    "subunits": ("subunits", "planted_subunits"),
+}
+"""The tables of what is planted in records: the attribute of a scene, and the schema, by name."""
+
+COUNTED_S = 3600.0
+"""Duration of the sample in which gesture phrases are counted that no semi-Markov process generates."""
+
+
+@dataclass(frozen=True)
+class Player:
+    """An actor of the studio in one world: the gestures, the arousal, and the streams of subunits.
+
+    Attributes
+    ----------
+    member : the semi-Markov process of gesture phrases.
+    temper : the arousal, None if the world contains none.
+    laws : the streams of subunits by section, None if the world contains none.
+    """
+
+    member: cast.Member
+    temper: arousal.Temper | None
+    laws: dict[str, subunits.Law] | None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is planted in one record.
+
+    Attributes
+    ----------
+    gestures, prosody : gesture phrases and intonation phrases, segment tables.
+    syllables : the syllables of its speech, and those of other speech that the body follows instead (schema
+        ``planted_syllables``); None in the world ``phrases``.
+    spoken, shown : arousal in the speech and in the hands, segment tables; None if the world contains none.
+    subunits : schema ``planted_subunits``; None if the world contains none.
+    """
+
+    gestures: pd.DataFrame
+    prosody: pd.DataFrame
+    syllables: pd.DataFrame | None = None
+    spoken: pd.DataFrame | None = None
+    shown: pd.DataFrame | None = None
+    subunits: pd.DataFrame | None = None
+
+    def delivery(self) -> Delivery | None:
+        """Return how the record is spoken, None in the world ``phrases``."""
+        if self.syllables is None:
+            return None
+        return Delivery(self.syllables.query("source == 'own'").reset_index(drop=True), self.spoken)
+
+
+def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: float) -> Player:
+    """Return ``actor`` in a world, sampled from the seed and the actor's name; see ``cast.member``."""
+    couplings = worlds.couplings(world, 1.0, {})
+    return Player(
+        cast.member(actor, seed, frame_s, max_duration_s),
+        None if couplings.vigour is None else arousal.temper(actor, seed, frame_s),
+        None if couplings.syllables is None else subunits.laws(actor, world, seed),
+    )
+
+
+def write(own: Player, record: str, duration_s: float, couplings: Couplings, frame_s: float, seed: int) -> Scene:
+    """Return the scene of one record.
+
+    Parameters
+    ----------
+    own : the actor in the world.
+    duration_s : duration of the record.
+    couplings : the couplings of the world.
+    frame_s : spacing of prosody frames.
+    """
+    gestures, prosody = script.write(own.member, record, duration_s, couplings.phrases or 0.0, frame_s, seed)
+    if own.temper is None and own.laws is None:
+        return Scene(gestures, prosody)
+    n_frames = int(prosody["end_frame"].iloc[-1])
+    spoken, shown = None, None
+    if own.temper is not None:
+        spoken, shown = arousal.write(own.temper, record, n_frames, couplings.vigour or 0.0, frame_s, seed)
+    spoken_syllables = syllables.sample(prosody, spoken, random_source(seed, "syllables", record))
+    table = _planted(record, "own", spoken_syllables)
+    if own.laws is None:
+        return Scene(gestures, prosody, table.assign(followed=False), spoken, shown)
+    table = _followed(own, table, record, duration_s, couplings.syllables or 0.0, frame_s, seed)
+    moved = subunits.write(own.laws, record, syllables.heard(table), duration_s, seed)
+    arms = moved[moved["section"] == "arms"]
+    if own.laws["arms"].kinds == GESTURES:
+        gestures = subunits.phrases(record, arms, n_frames, frame_s)
+    return Scene(gestures, prosody, table, spoken, shown, moved)
+
+
+def truth(players: dict[str, Player], couplings: Couplings) -> dict[str, pd.DataFrame]:
+    """Return what is planted of the actors besides their gestures, as tables by the name of their schema."""
+    tables: dict[str, pd.DataFrame] = {}
+    tempers = [own.temper for own in players.values() if own.temper is not None]
+    if tempers:
+        tables["arousal_states"] = arousal.states_table(tempers, couplings.vigour or 0.0)
+    streams = {actor: own.laws for actor, own in players.items() if own.laws is not None}
+    return tables | (subunits.tables(streams) if streams else {})
+
+
+def tables(scenes: Sequence[Scene]) -> dict[str, pd.DataFrame]:
+    """Return what is planted in records, one table for all of them by each name of ``TABLES`` that the world has."""
+    parts = {name: [getattr(scene, attribute) for scene in scenes] for name, (attribute, _) in TABLES.items()}
+    return {name: pd.concat(part, ignore_index=True) for name, part in parts.items() if part[0] is not None}
+
+
+def of_record(whole: Mapping[str, pd.DataFrame], record: str) -> Scene:
+    """Return the scene of one record from tables of all records, the inverse of ``tables``."""
+    rows = {name: table[table["record"] == record].reset_index(drop=True) for name, table in whole.items()}
+    return Scene(**{TABLES[name][0]: table for name, table in rows.items()})
+
+
+def _planted(record: str, source: str, drawn: pd.DataFrame) -> pd.DataFrame:
+    numbered = drawn.assign(record=record, source=source, syllable=np.arange(len(drawn)))
+    return numbered[["record", "source", "syllable", *drawn.columns]]
+
+
+def _followed(
+    own: Player, table: pd.DataFrame, record: str, duration_s: float, coupling: float, frame_s: float, seed: int
+) -> pd.DataFrame:
+    """Return the syllables of a record and those of independent speech, and which of them the body follows."""
+    elsewhere = f"{record} elsewhere"
+    prosody = script.write(own.member, elsewhere, duration_s, 0.0, frame_s, seed)[1]
+    spoken = None
+    if own.temper is not None:
+        spoken = arousal.write(own.temper, elsewhere, int(prosody["end_frame"].iloc[-1]), 0.0, frame_s, seed)[0]
+    drawn = syllables.sample(prosody, spoken, random_source(seed, "syllables", elsewhere))
+    spans = worlds.listening(duration_s, coupling, random_source(seed, "listens to syllables", record))
+    other = _planted(record, "other", drawn)
+
+    def listens(rows: pd.DataFrame) -> Flags:
+        return worlds.listens(rows["peak_s"].to_numpy(), spans)
+
+    parts = [table.assign(followed=listens(table)), other.assign(followed=~listens(other))]
+    return pd.concat(parts, ignore_index=True)
+
+
+def gesture_model(own: Player, max_duration_s: float, frame_s: float, seed: int) -> cast.Member:
+    """Return the semi-Markov process of an actor's gesture phrases.
+
+    Where subunits form the phrases, they are not such a process; it is then counted in a long sample.
+    """
+    if own.laws is None or own.laws["arms"].kinds != GESTURES:
+        return own.member
+    name = f"{own.member.actor} counted"
+    scene = write(own, name, COUNTED_S, Couplings(None, None, 0.0), frame_s, seed)
+    codes = np.array([GESTURES.index(label) for label in scene.gestures["label"]])
+    frames = (scene.gestures["end_frame"] - scene.gestures["start_frame"]).to_numpy()
+    bins = round(max_duration_s / frame_s)
+    n = len(GESTURES)
+    transitions, durations = np.zeros((n, n)), np.zeros((n, bins))
+    np.add.at(transitions, (codes[:-1], codes[1:]), 1.0)
+    np.add.at(durations, (codes[:-1], np.minimum(frames[:-1], bins) - 1), 1.0)
+    initial = np.zeros(n)
+    initial[GESTURES.index(subunits.FIRST["arms"])] = 1.0
+    return cast.Member(
+        actor=own.member.actor,
+        initial=initial,
+        transitions=_normalised(transitions),
+        durations=_normalised(durations),
+        coupled=np.tile(own.member.marginal(), (n, 1)),
+    )
+
+
+def _normalised(counts: Floats) -> Floats:
+    """Return the rows of counts as probabilities; a row without a count is uniform."""
+    filled = np.where(counts.sum(axis=1, keepdims=True) > 0.0, counts, 1.0)
+    return np.asarray(filled / filled.sum(axis=1, keepdims=True))

@@ -1,0 +1,194 @@
+"""Body language as speech is heard: observations in, poses out (Levine 2009, chapter 5).
+
+Head, arms and legs are streams of their own, each with its own decisions. Their subunits are joined to one desired
+pose per frame, and the body that is shown follows it by velocity-preserving blending (5.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
+from cospeech.motion import skeleton
+from cospeech.motion.blending import Blender
+from cospeech.motion.library import Library
+from cospeech.synthesis.bodylanguage import forward
+from cospeech.synthesis.bodylanguage.model import SECTIONS, Model
+from cospeech.synthesis.bodylanguage.observations import (
+    N_OBSERVATIONS,
+    PRIOR_SYLLABLES,
+    Listener,
+    Observed,
+    Statistics,
+)
+from cospeech.synthesis.bodylanguage.player_kernels import (
+    NONE,
+    Beliefs,
+    Memory,
+    Rules,
+    Sections,
+    begin,
+    next_pose,
+    observe,
+)
+from cospeech.synthesis.interface import Speech
+from cospeech.synthesis.live import Heard, Stream
+
+N_UNIFORMS = 1024
+"""Number of random numbers that are drawn at once."""
+
+MOST_OBSERVED = 16
+"""Number of observations that are handled at once."""
+
+MOST_UNIFORMS = 2 * len(SECTIONS) * MOST_OBSERVED
+"""Number of random numbers that are needed at once."""
+
+
+class Player:
+    """The state of a live system: what has been heard, what is believed, and what is shown.
+
+    Parameters
+    ----------
+    model : the actor's model.
+    stream : what is known of the speech before it is heard.
+    seed : seed of the run.
+    by_model, at_syllables : how subunits are selected, see ``player_kernels.Rules``.
+
+    Attributes
+    ----------
+    listener, sections, beliefs, memory : what has been heard, the packed models, what is believed, what is shown.
+    n_frames : number of frames of motion that have been made.
+    """
+
+    def __init__(self, model: Model, stream: Stream, seed: int, *, by_model: bool, at_syllables: bool) -> None:
+        library = model.library.at_rate(stream.motion_fps)
+        self._fps, self._frame_s = stream.motion_fps, stream.frame_s
+        self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
+        mode = forward.MODES.index(model.mode)
+        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
+        initial, self.sections = _sections(model, library)
+        self.beliefs = _beliefs(initial, mode)
+        self._rng = random_source(seed, "bodylanguage", stream.record)
+        self.memory = _memory(initial.shape[1], len(self.sections.members), self._rng)
+        self._observed_s = 0.0
+        self.n_frames = 0
+        n_joints = len(library.body.joints)
+        self._desired = np.empty((2, 3 + 4 * n_joints))
+        self._poses = [part for row in self._desired for part in (row[:3], row[3:].reshape(n_joints, 4))]
+        self._nothing = np.empty((0, 3 + 4 * n_joints))
+        self._blender = Blender(library.body)
+        begin(self.sections, initial, self.memory)
+
+    def hear(self, heard: Heard) -> Floats:
+        """Return the frames of motion up to the end of a prosody frame, (n, 3 + 4 J)."""
+        time_s = (heard.frame + 1) * self._frame_s
+        observed = self.listener.hear(time_s, heard.syllables)
+        for first in range(0, len(observed), MOST_OBSERVED):
+            self._observe(observed[first : first + MOST_OBSERVED], time_s)
+        return self.frames(int(time_s * self._fps + 0.5 + 1e-9))
+
+    def _observe(self, observed: Sequence[Observed], time_s: float) -> None:
+        self._refill()
+        passed_s = np.zeros(len(observed))
+        passed_s[0], self._observed_s = time_s - self._observed_s, time_s
+        numbers = np.array([one.observation for one in observed])
+        observe(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, numbers, passed_s)
+
+    def frames(self, end: int) -> Floats:
+        """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""
+        n = end - self.n_frames
+        if n <= 0:
+            return self._nothing
+        self.n_frames = end
+        made = np.empty((n, self._nothing.shape[1]))
+        for row in made:
+            self._refill()
+            next_pose(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, self._desired)
+            row[:] = self._blender.step(*self._poses)
+        return made
+
+    def _refill(self) -> None:
+        if self.memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:
+            self._rng.random(out=self.memory.uniforms)
+            self.memory.used[0] = 0
+
+
+def step(state: Player, heard: Heard) -> Floats:
+    """Return the frames of motion up to the end of a prosody frame, (n, 3 + 4 J)."""
+    return state.hear(heard)
+
+
+def end(state: Player, speech: Speech) -> Floats:
+    """Return the frames of motion that are missing when the speech ends, (n, 3 + 4 J)."""
+    return state.frames(speech.n_motion_frames)
+
+
+def _sections(model: Model, library: Library) -> tuple[Floats, Sections]:
+    """Return the initial distributions (S, N) and the packed models of all sections."""
+    chains = [model.chains[section] for section in SECTIONS]
+    n = max(len(chain.initial) for chain in chains)
+    rows = library.table["segment"].to_numpy(dtype=np.int64)
+    begin, n_frames = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
+    begin[rows], n_frames[rows] = library.start, library.end - library.start
+    section = model.subunits["section"].map(SECTIONS.index).to_numpy(dtype=np.int64)
+    cluster = model.subunits["cluster"].to_numpy(dtype=np.int64)
+    members = np.lexsort((cluster, section))
+    key = (section * (n + 1) + cluster)[members]
+    first = np.searchsorted(key, np.arange(len(SECTIONS))[:, None] * (n + 1) + np.arange(n + 1))
+    emissions = np.zeros((len(SECTIONS), N_OBSERVATIONS + 1, 2, n))
+    for s, chain in enumerate(chains):
+        emissions[s, :N_OBSERVATIONS, :, : len(chain.initial)] = chain.emissions
+        emissions[s, N_OBSERVATIONS, :, : len(chain.initial)] = 1.0
+    joints = np.array([[joint in skeleton.SECTIONS[name] for joint in library.body.joints] for name in SECTIONS])
+    return _padded([chain.initial for chain in chains], n), Sections(
+        _padded([chain.continuing for chain in chains], n),
+        _padded([chain.after_start for chain in chains], n),
+        _padded([chain.after for chain in chains], n),
+        np.stack([_padded(list(chain.logit.T), n).T for chain in chains]).copy(),
+        _padded([chain.length_s for chain in chains], n, 1.0),
+        emissions,
+        members,
+        first,
+        cluster,
+        begin,
+        n_frames,
+        joints,
+        library.poses.root_m,
+        library.poses.rotations,
+        library.before,
+    )
+
+
+def _padded(arrays: list[Floats], n: int, value: float = 0.0) -> Floats:
+    """Return arrays, (N_i,) or (N_i, N_i), padded to n along each axis and stacked."""
+    padded = np.full((len(arrays), *(n for _ in arrays[0].shape)), value)
+    for row, array in zip(padded, arrays, strict=True):
+        row[tuple(slice(size) for size in array.shape)] = array
+    return padded
+
+
+def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory:
+    n_sections = len(SECTIONS)
+    return Memory(
+        segment=np.zeros(n_sections, dtype=np.int64),
+        frame=np.zeros(n_sections, dtype=np.int64),
+        started=np.zeros(n_sections, dtype=bool),
+        ended=np.zeros((n_sections, n_clusters), dtype=bool),
+        probability=np.zeros(n_sections),
+        now=np.zeros(1, dtype=np.int64),
+        observation=np.full(1, NONE, dtype=np.int64),
+        passed_s=np.zeros(1),
+        uniforms=rng.random(N_UNIFORMS),
+        used=np.zeros(1, dtype=np.int64),
+        gamma=np.empty(n_clusters + 1),
+        distances=np.empty(n_members),
+    )
+
+
+def _beliefs(initial: Floats, mode: int) -> Beliefs:
+    """Return the beliefs before the first observation, in both halves."""
+    first = [[forward.first(row, mode) for row in initial] for _ in range(2)]
+    return Beliefs(*(np.array([[one[part] for one in half] for half in first]) for part in range(4)))

@@ -1,0 +1,275 @@
+"""Compiled decisions of all body sections: which subunit to show next, and the pose that it asks for."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cospeech.data.arrays import Flags, Floats, Integers
+from cospeech.kernels.jit import njit
+from cospeech.synthesis.bodylanguage import forward
+from cospeech.synthesis.bodylanguage.observations import N_OBSERVATIONS
+
+NONE = N_OBSERVATIONS
+"""The observation before the first one, which says nothing."""
+
+
+class Rules(NamedTuple):
+    """How subunits are selected (2009, chapters 5 to 7).
+
+    Attributes
+    ----------
+    by_model : whether the model selects the next subunit; otherwise, all of the section are equally likely.
+    at_syllables : whether an observation can interrupt a subunit; otherwise, all run to completion.
+    mode : how the elapsed share is treated, see ``forward``.
+    tolerance : difference between the least pose distance and that of a subunit that may be selected, in radians.
+    """
+
+    by_model: bool
+    at_syllables: bool
+    mode: int
+    tolerance: float
+
+
+class Sections(NamedTuple):
+    """The models of S body sections, their M subunits and the motion of these.
+
+    N is the largest number of clusters of a section; what the other sections lack is zero.
+
+    Attributes
+    ----------
+    continuing (S, N), after_start, after (S, N, N), logit (S, N, 2), length_s (S, N) : see ``chain.Chain``.
+    emissions : (S, 37, 2, N) with 1 for the observation ``NONE``.
+    members : (M,) subunits sorted by section and cluster. first : (S, N + 1) where the members of each cluster begin.
+    cluster : (M,) cluster of each subunit. begin : (M,) its first frame in the library. n_frames : (M,) its length.
+    joints : (S, J) whether a joint belongs to a section. The root position belongs to the last one.
+    root_m (F, 3), rotations (F, J, 4), before (F,) : see ``motion.library.Library``.
+    """
+
+    continuing: Floats
+    after_start: Floats
+    after: Floats
+    logit: Floats
+    length_s: Floats
+    emissions: Floats
+    members: Integers
+    first: Integers
+    cluster: Integers
+    begin: Integers
+    n_frames: Integers
+    joints: Flags
+    root_m: Floats
+    rotations: Floats
+    before: Integers
+
+
+class Beliefs(NamedTuple):
+    """The forward probabilities of S sections before and after the last observation; see ``forward.Belief``.
+
+    ``Memory.now`` is the index of those after it on the first axis, which has length 2.
+    """
+
+    start: Floats
+    entry: Floats
+    elapsed: Floats
+    n_entries: Integers
+
+
+class Memory(NamedTuple):
+    """What is shown, section by section, and working memory.
+
+    Attributes
+    ----------
+    segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) whether no
+        observation has continued it yet. ended : (S, N) clusters whose subunits ended after the last observation.
+    probability : (S,) probability of the last decision.
+    now : (1,) see ``Beliefs``. observation : (1,) the last one. passed_s : (1,) time between it and the one before.
+    uniforms : (U,) random numbers. used : (1,) number of those that are used.
+    gamma, distances : (N + 1,) and (M,) working memory.
+    """
+
+    segment: Integers
+    frame: Integers
+    started: Flags
+    ended: Flags
+    probability: Floats
+    now: Integers
+    observation: Integers
+    passed_s: Floats
+    uniforms: Floats
+    used: Integers
+    gamma: Floats
+    distances: Floats
+
+
+@njit
+def _uniform(memory: Any) -> float:
+    memory.used[0] += 1
+    return memory.uniforms[memory.used[0] - 1]
+
+
+@njit
+def _any_of(members: Any, memory: Any) -> int:
+    """Return one of the members, each with equal probability."""
+    return members[min(int(_uniform(memory) * len(members)), len(members) - 1)]
+
+
+@njit
+def pose_distance(rotations: Any, pose: Any, joints: Any) -> float:
+    """Return the root mean square angle in radians between the joints of a section in two poses.
+
+    Parameters
+    ----------
+    rotations : (J, 4). pose : (3 + 4 J,) root position and rotations. joints : (J,) the joints that count.
+    """
+    total, count = 0.0, 0
+    for joint in range(len(joints)):
+        if joints[joint]:
+            at = 3 + 4 * joint
+            cosine = 0.0
+            for axis in range(4):
+                cosine += rotations[joint, axis] * pose[at + axis]
+            total += (2.0 * np.arccos(min(1.0, abs(cosine)))) ** 2
+            count += 1
+    return np.sqrt(total / count)
+
+
+@njit
+def _similar(members: Any, sections: Any, memory: Any, s: int, pose: Any, tolerance: float) -> int:
+    """Return one of the members that begin in a pose similar to the current one, each with equal probability (5.5).
+
+    These are the members whose pose distance exceeds the least one by at most ``tolerance``.
+    """
+    least = np.inf
+    for k in range(len(members)):
+        begin = sections.begin[members[k]]
+        memory.distances[k] = pose_distance(sections.rotations[begin], pose, sections.joints[s])
+        least = min(least, memory.distances[k])
+    n_near = 0
+    for k in range(len(members)):
+        if memory.distances[k] <= least + tolerance:
+            n_near += 1
+    place = min(int(_uniform(memory) * n_near), n_near - 1)
+    for k in range(len(members)):
+        if memory.distances[k] <= least + tolerance:
+            if place == 0:
+                return members[k]
+            place -= 1
+    return members[0]
+
+
+@njit
+def _half(beliefs: Any, half: int, s: int) -> Any:
+    start, entry, elapsed, n_entries = beliefs
+    return start[half, s], entry[half, s], elapsed[half, s], n_entries[half, s]
+
+
+@njit
+def _update(sections: Any, beliefs: Any, memory: Any, s: int, mode: int) -> None:
+    """Write the belief after the last observation of one section."""
+    now = memory.now[0]
+    forward.update(
+        sections.continuing[s], sections.after_start[s], sections.after[s],
+        sections.emissions[s, memory.observation[0]], sections.logit[s], sections.length_s[s], memory.passed_s[0],
+        memory.ended[s], mode, _half(beliefs, 1 - now, s), _half(beliefs, now, s),
+    )  # fmt: skip
+
+
+@njit
+def _select(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: Any, over: bool) -> None:
+    """Continue the shown subunit, or start another one; ``over``: it cannot continue."""
+    gamma, segment = memory.gamma, memory.segment[s]
+    n = len(gamma) - 1
+    forward.direct(
+        sections.continuing[s], sections.after_start[s], sections.after[s],
+        sections.emissions[s, memory.observation[0]], sections.logit[s], sections.cluster[segment],
+        memory.started[s], memory.frame[s] / sections.n_frames[segment], over, gamma,
+    )  # fmt: skip
+    if rules.by_model:
+        forward.combine(_half(beliefs, memory.now[0], s), sections.cluster[segment], gamma)
+    else:
+        members = sections.members[sections.first[s, 0] : sections.first[s, n]]
+        gamma[n] = gamma[n] / gamma.sum()
+        gamma[1:n] = 0.0
+        gamma[0] = 1.0 - gamma[n]
+    chosen = forward.draw(gamma, _uniform(memory))
+    memory.probability[s] = gamma[chosen]
+    if chosen == n:
+        memory.started[s] = False
+        return
+    if rules.by_model:
+        members = sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]]
+        memory.segment[s] = _similar(members, sections, memory, s, pose, rules.tolerance)
+    else:
+        memory.segment[s] = _any_of(members, memory)
+    memory.frame[s] = 0
+    memory.started[s] = True
+
+
+@njit
+def begin(sections: Any, initial: Any, memory: Any) -> None:
+    """Start a random subunit of each section, of a cluster that is drawn from its initial distribution (S, N)."""
+    for s in range(len(initial)):
+        chosen = forward.draw(initial[s], _uniform(memory))
+        memory.segment[s] = _any_of(
+            sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]], memory
+        )
+        memory.frame[s] = 0
+        memory.started[s] = True
+        memory.probability[s] = initial[s, chosen]
+
+
+@njit
+def observe(
+    sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, passed_s: Any
+) -> None:
+    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted.
+
+    Parameters
+    ----------
+    pose : (3 + 4 J,) the frame shown last.
+    observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
+    """
+    for k in range(len(observations)):
+        memory.now[0] = 1 - memory.now[0]
+        memory.observation[0] = observations[k]
+        memory.passed_s[0] = passed_s[k]
+        memory.ended[:] = False
+        for s in range(len(memory.segment)):
+            if rules.by_model:
+                _update(sections, beliefs, memory, s, rules.mode)
+            if rules.at_syllables:
+                _select(sections, rules, beliefs, memory, s, pose, False)
+            else:
+                memory.started[s] = False
+
+
+@njit
+def next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, desired: Any) -> None:
+    """Write the next desired pose, and the pose before it in its recordings.
+
+    A subunit that is over between two observations was not expected to be. The last observation is examined again,
+    with the evidence that the subunit does not continue (5.4).
+
+    Parameters
+    ----------
+    desired : (2, 3 + 4 J) for the two poses.
+    """
+    for s in range(len(memory.segment)):
+        if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
+            memory.ended[s, sections.cluster[memory.segment[s]]] = True
+            if rules.by_model:
+                _update(sections, beliefs, memory, s, rules.mode)
+            _select(sections, rules, beliefs, memory, s, pose, True)
+        frame = sections.begin[memory.segment[s]] + memory.frame[s]
+        memory.frame[s] += 1
+        for row in range(2):
+            if row == 1:
+                frame = sections.before[frame]
+            for joint in range(sections.joints.shape[1]):
+                if sections.joints[s, joint]:
+                    for axis in range(4):
+                        desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
+            if s == len(memory.segment) - 1:
+                desired[row, :3] = sections.root_m[frame]

@@ -1,0 +1,194 @@
+"""The trained gesture controller: an inference layer, a control layer, and how they are learned from an actor.
+
+Styles are learned from the actor's own motion, where the paper has recordings of speakers in other moods (8.2): the
+active phases are sorted by velocity and acceleration; the fastest third is an example of the style ``energetic``, the
+slowest third of ``calm``, and all of them are the neutral data set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from cospeech.data.arrays import Floats
+from cospeech.data.rng import random_source
+from cospeech.errors import UserError
+from cospeech.motion.library import Library
+from cospeech.synthesis.controller import control, inference, steps, style
+from cospeech.synthesis.controller.clusters import Range
+from cospeech.synthesis.controller.control import Balance, Control
+from cospeech.synthesis.controller.inference import KINEMATICS, Inference
+from cospeech.synthesis.controller.style import Transform
+from cospeech.synthesis.interface import Training
+
+FASTEST, SLOWEST = "energetic", "calm"
+
+EXAMPLES = 3
+"""The share of active phases that are examples of a style is one in this many."""
+
+FEWEST = 12
+"""Active phases that an actor must have for styles; with fewer, there is only the neutral one."""
+
+
+class Model(NamedTuple):
+    """A trained controller.
+
+    Attributes
+    ----------
+    layer : the inference layer.
+    control : the control layer.
+    pause_db : intensity of pauses (see ``steps``).
+    held_out : log-likelihood per time step of the numbers of hidden states that were tried; empty if there was one.
+    """
+
+    layer: Inference
+    control: Control
+    pause_db: float
+    held_out: Mapping[int, float]
+
+
+class Segments(NamedTuple):
+    """A motion library on time steps.
+
+    Attributes
+    ----------
+    library : its A segments. per_step : motion frames per time step.
+    kinematics : (A, 6) in the order of ``KINEMATICS``, on a log scale.
+    """
+
+    library: Library
+    per_step: int
+    kinematics: Floats
+
+
+class Steps(NamedTuple):
+    """The training records on time steps: kinematics (T, 6), and prosody (T, 3) as it is known at each of them."""
+
+    kinematics: list[Floats]
+    prosody: list[Floats]
+
+
+def train(training: Training, settings: Mapping[str, Any]) -> Model:
+    """Return the controller of an actor, whose motion is also its library.
+
+    Parameters
+    ----------
+    settings : those of the system (see ``SYSTEMS``).
+
+    Raises
+    ------
+    UserError : if there is not enough speech and motion.
+    """
+    found = segments_of(training)
+    pause_db = steps.pause_intensity(training.syllables.values())
+    known = steps_of(found, training.syllables, pause_db)
+    low, high = settings["unvoiced_hz"]
+    trained = inference.train(
+        known.kinematics, known.prosody, Range(low, high), layer_settings(settings), seed_of(training)
+    )
+    phases = pd.concat(list(training.phases.values()))
+    transforms = tones(trained.layer, phases)
+    built = control.build(trained.layer, *found, transforms, {}, balance_of(settings))
+    return Model(trained.layer, built, pause_db, trained.states.held_out if trained.states else {})
+
+
+def layer_settings(settings: Mapping[str, Any]) -> inference.Settings:
+    """Return how the inference layer is trained under the settings of the system."""
+    return inference.Settings(tuple(settings["states"]), settings["clusters"], settings["window"])
+
+
+def balance_of(settings: Mapping[str, Any]) -> Balance:
+    """Return the settings of the control layer."""
+    return Balance(*(settings[name] for name in Balance._fields))
+
+
+def seed_of(training: Training) -> int:
+    """Return the seed of training, which depends on the training records only."""
+    return int(random_source(0, "controller", training.actor, *sorted(training.phases)).integers(2**31))
+
+
+def segments_of(training: Training) -> Segments:
+    """Return the motion library of the training records."""
+    phases = pd.concat(list(training.phases.values()), ignore_index=True)
+    return on_steps(Library.of_motions(phases, training.motions), phases)
+
+
+def on_steps(library: Library, phases: pd.DataFrame) -> Segments:
+    """Return a library whose segments begin and end at time steps.
+
+    Parameters
+    ----------
+    library : its segments are phases.
+    phases : the same phases with their kinematic parameters (schema ``phases``).
+
+    Raises
+    ------
+    UserError : if no recording is as long as a time step.
+    """
+    ordered = phases.sort_values(["record", "start_frame"], kind="stable")
+    kinematics = ordered[list(KINEMATICS)].to_numpy(dtype=float)
+    per_step, parts, kept = steps.frames_per_step(library.fps), [], np.zeros(len(kinematics), dtype=bool)
+    for _, rows in library.table.groupby("record", sort=False):
+        starts, ends = rows["start_frame"].to_numpy(), rows["end_frame"].to_numpy()
+        grid = steps.on_grid(starts, ends, int(rows["n_frames"].iloc[0]), per_step)
+        kept[rows.index[grid.kept]] = True
+        parts.append(rows[grid.kept].assign(start_frame=grid.start * per_step, end_frame=grid.end * per_step))
+    table = pd.concat(parts, ignore_index=True)
+    if len(table) == 0:
+        raise UserError(f"the motion library has no segment as long as a time step of {per_step} frames; add motion")
+    table["segment"] = np.arange(len(table))
+    moved = Library(table, library.recordings, library.fps, library.body)
+    return Segments(moved, per_step, kinematics[kept])
+
+
+def steps_of(found: Segments, syllables: Mapping[str, pd.DataFrame], pause_db: float) -> Steps:
+    """Return the records of a library with their speech on its time steps."""
+    step_s = found.per_step / found.library.fps
+    table, known = found.library.table, Steps([], [])
+    for record, rows in table.groupby("record", sort=False):
+        own = found.kinematics[rows.index]
+        lengths = (rows["end_frame"] - rows["start_frame"]).to_numpy() // found.per_step
+        known.kinematics.append(np.repeat(own, lengths, axis=0))
+        first = int(rows["start_frame"].iloc[0]) // found.per_step
+        heard = steps.prosody(
+            steps.syllables_of(syllables[str(record)]), first + int(lengths.sum()), step_s, pause_db
+        )
+        known.prosody.append(heard[first:])
+    return known
+
+
+def tones(layer: Inference, phases: pd.DataFrame) -> dict[str, Transform]:
+    """Return the styles of an actor with these phases (schema ``phases``), by name."""
+    y = layer.kinematics.apply(phases.loc[phases["active"], list(KINEMATICS)].to_numpy(dtype=float))
+    if len(y) < FEWEST:
+        return {}
+    fast = y[:, KINEMATICS.index("velocity")] + y[:, KINEMATICS.index("acceleration")]
+    order, share = np.argsort(fast, kind="stable"), len(y) // EXAMPLES
+    floor = np.full(len(KINEMATICS), inference.Settings().floor)
+    return {
+        FASTEST: style.fit(y, y[order[-share:]], floor),
+        SLOWEST: style.fit(y, y[order[:share]], floor),
+    }
+
+
+def with_library(model: Model, found: Segments | None, keywords: Mapping[str, Sequence[int]]) -> Model:
+    """Return the controller with another motion library and keywords (Levine et al. 2010, 9.2).
+
+    The inference layer and the styles stay; the control layer is new.
+
+    Parameters
+    ----------
+    found : the motion library; None: the one that the model has.
+    keywords : segments of the library that each keyword asks for.
+
+    Raises
+    ------
+    UserError : if a keyword asks for a segment that the library does not have.
+    """
+    own = model.control
+    segments = found or Segments(own.library, own.per_step, own.kinematics)
+    transforms = {name: tone.transform for name, tone in own.tones.items() if tone.transform is not None}
+    return model._replace(control=control.build(model.layer, *segments, transforms, keywords, own.balance))
