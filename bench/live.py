@@ -3,8 +3,8 @@
 Ten minutes of studio voices are heard in chunks of 25 ms, as by ``cospeech live``, garbage collection included.
 
 - *Processor time* per chunk: hearing and system, in one pass. *Best of three* takes the best of three passes of each
-  chunk, as in ``bench/syllables.py``: what remains when neither other programs nor garbage collection disturb; then the
-  same with the packets of the VMC protocol. Goal: 60 us at the 99th percentile for systems that run live.
+  chunk, which is what remains when neither other programs nor garbage collection disturb; then the same with the
+  packets of the VMC protocol. Goal: 60 us at the 99th percentile for systems that run live.
 - *Loopback*: a thread writes sound to a pipe in blocks of 10 ms, as a microphone would, and another one receives the
   packets. The delay is that of each frame after the sound at its time: it contains the time until the block and the
   prosody frame are complete (at most 35 ms), but not the analysis window of a syllable. The first second is left out.
