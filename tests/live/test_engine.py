@@ -1,7 +1,9 @@
 """The engine: live motion is offline motion to the last bit, at the right speed, and only the end stops it."""
 
+import gc
 import json
 import socket
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from cospeech.live import engine
 from cospeech.live.control import Listener
 from cospeech.live.recording import Recorder
 from cospeech.live.sound import File
+from cospeech.live.vmc import Vmc
 from cospeech.motion.body import STANDARD
 from cospeech.speech import syllables
 from cospeech.synthesis import live
@@ -132,6 +135,42 @@ def test_sound_of_any_kind_makes_as_much_motion(model, samples):
     _, quiet = run(model, Chunks(np.zeros(50_000), 777))
     _, none = run(model, Chunks(np.full(50_000, np.nan), 777))
     np.testing.assert_array_equal(quiet, none)
+
+
+def test_memory_does_not_grow_while_nobody_speaks(model, tmp_path):
+    class Forgetful(Chunks):
+        def __init__(self, n):
+            super().__init__([], [])
+            self.n = n
+
+        def read(self, wait_s):
+            self.n -= 1
+            return np.zeros(400) if self.n >= 0 else None
+
+    held = []
+
+    class Nobody:
+        in_real_time = False
+
+        def show(self, frame, time_s, pose):
+            if frame in (25 * 20, 25 * 60):
+                gc.collect()
+                held.append(tracemalloc.get_traced_memory()[0])
+
+        def close(self):
+            pass
+
+    hearing = engine.listening(model, 16000)
+    recorder = Recorder(tmp_path / "x.bvh", STANDARD, 25.0, model.card, False, print)
+    outputs = [Nobody(), recorder, Vmc(STANDARD, "127.0.0.1", 9, print)]
+    outputs[2].in_real_time = False
+    running = engine.Engine(Forgetful(40 * 61), hearing, engine.performer(model, hearing, 0), outputs, 25.0, print)
+    tracemalloc.start()
+    try:
+        running.run()
+    finally:
+        tracemalloc.stop()
+    assert held[1] - held[0] < 8 * 40 * 25  # less than one number per frame
 
 
 def test_remarks_say_what_was_wrong(model, samples):
