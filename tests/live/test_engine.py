@@ -128,13 +128,11 @@ def test_a_stall_is_reported_and_what_piled_up_is_caught_up_with(model, samples,
 
 
 def test_sound_of_any_kind_makes_as_much_motion(model, samples):
-    for spoken in (np.zeros(50_000), np.full(50_000, np.nan), np.sign(samples[:50_000]), samples[:50_000] * 1e30):
-        _, frames = run(model, Chunks(spoken, 777))
-        assert len(frames) == 78
-        assert np.isfinite(frames).all()
-    _, quiet = run(model, Chunks(np.zeros(50_000), 777))
-    _, none = run(model, Chunks(np.full(50_000, np.nan), 777))
-    np.testing.assert_array_equal(quiet, none)
+    some = samples[20_000:45_000]
+    made = [run(model, Chunks(spoken, 777))[1] for spoken in (0.0 * some, np.nan * some, np.sign(some), 1e30 * some)]
+    assert all(len(frames) == 39 and np.isfinite(frames).all() for frames in made)
+    np.testing.assert_array_equal(made[0], made[1])
+    assert (made[2] != made[0]).any()
 
 
 def test_memory_does_not_grow_while_nobody_speaks(model, tmp_path):
@@ -153,7 +151,7 @@ def test_memory_does_not_grow_while_nobody_speaks(model, tmp_path):
         in_real_time = False
 
         def show(self, frame, time_s, pose):
-            if frame in (25 * 20, 25 * 60):
+            if frame in (25 * 10, 25 * 30):
                 gc.collect()
                 held.append(tracemalloc.get_traced_memory()[0])
 
@@ -164,13 +162,13 @@ def test_memory_does_not_grow_while_nobody_speaks(model, tmp_path):
     recorder = Recorder(tmp_path / "x.bvh", STANDARD, 25.0, model.card, False, print)
     outputs = [Nobody(), recorder, Vmc(STANDARD, "127.0.0.1", 9, print)]
     outputs[2].in_real_time = False
-    running = engine.Engine(Forgetful(40 * 61), hearing, engine.performer(model, hearing, 0), outputs, 25.0, print)
+    running = engine.Engine(Forgetful(40 * 31), hearing, engine.performer(model, hearing, 0), outputs, 25.0, print)
     tracemalloc.start()
     try:
         running.run()
     finally:
         tracemalloc.stop()
-    assert held[1] - held[0] < 8 * 40 * 25  # less than one number per frame
+    assert held[1] - held[0] < 8 * 20 * 25  # less than one number per frame
 
 
 def test_remarks_say_what_was_wrong(model, samples):

@@ -165,7 +165,7 @@ class File:
     rate_hz = sound.RATE_HZ
     in_real_time = True
     n_lost = 0
-    begun_s = None
+    begun_s: float | None = None
 
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
         read = audio.read(path, channel)
@@ -198,7 +198,7 @@ class Microphone:
 
     rate_hz = sound.RATE_HZ
     in_real_time = False
-    begun_s = None
+    begun_s: float | None = None
 
     def __init__(self, device: str | None = None) -> None:
         try:
