@@ -116,7 +116,7 @@ def test_a_stall_is_reported_and_what_piled_up_is_caught_up_with(model, samples,
     nothing = [np.empty(0)] * round(5 / engine.WAIT_S)
     said = []
     watched = Timed(clock)
-    _, frames = run(
+    running, frames = run(
         model, Stalling([], [*blocks, *nothing, samples[40_000:120_000], samples[120_000:]]), [watched], said=said
     )
     assert said == ["no sound for 2 s; waiting for more", "sound again after 5.0 s"]
@@ -125,6 +125,7 @@ def test_a_stall_is_reported_and_what_piled_up_is_caught_up_with(model, samples,
     late_s = np.array(watched.shown_s) - watched.times_s
     assert late_s[70:100].max() > 3.0
     assert late_s[-60:].max() < 0.03
+    assert running.out_delays.longest_s < 0.03  # it is not late for the sound, which arrived late itself
 
 
 def test_sound_of_any_kind_makes_as_much_motion(model, samples):
@@ -229,6 +230,19 @@ def test_a_system_that_fails_does_not_lose_what_was_recorded(model, samples, tmp
     with pytest.raises(UserError, match="the system is broken"):
         run(broken, Chunks(samples, 400), [recorder])
     assert len(tables.read(tmp_path / "x.parquet", "motion")) == 63
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((1, 70)), np.zeros(71), np.full((1, 71), np.nan)])
+def test_what_is_not_motion_is_refused_before_it_is_recorded(model, samples, tmp_path, wrong):
+    class Wrong(type(model.trained.method)):
+        def step(self, state, heard):
+            return wrong if heard.frame == 50 else super().step(state, heard)
+
+    broken = model._replace(trained=model.trained._replace(method=Wrong()))
+    recorder = Recorder(tmp_path / "x.bvh", STANDARD, 25.0, model.card, False, print)
+    with pytest.raises(UserError, match="'nods' declares that it makes motion, but it returned an array of shape"):
+        run(broken, Chunks(samples, 400), [recorder])
+    assert (tmp_path / "x.bvh").is_file()
 
 
 def test_changes_arrive_while_it_runs_and_wrong_ones_are_reported(model, samples):
