@@ -175,7 +175,7 @@ def test_a_killed_run_is_recovered(call, open_pipe):
 def test_sound_without_a_whole_frame_makes_nothing(call):
     ended = call("--vmc", "off", "--record", "a.bvh")
     assert (ended.status, ended.out) == (0, [])
-    assert ended.err == [BUNDLED, "cospeech: no motion was made, as the sound was shorter than a frame"]
+    assert ended.err == [BUNDLED, "cospeech: no motion was made because the sound was shorter than a frame"]
     assert files() == set()
 
 

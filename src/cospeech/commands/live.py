@@ -158,7 +158,7 @@ def run(arguments: argparse.Namespace) -> int:
         for path in arguments.record:
             print(path, flush=True)
     else:
-        note("no motion was made, as the sound was shorter than a frame")
+        note("no motion was made because the sound was shorter than a frame")
     for line in running.remarks():
         note(line)
     if arguments.latency:

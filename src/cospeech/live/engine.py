@@ -184,7 +184,7 @@ class Engine:
         if troubles.n_full_scale > FEW_CLIPPED:
             lines.append(f"{troubles.n_full_scale} samples at full scale: recorded too loud")
         if self._source.n_lost:
-            lines.append(f"{self._source.n_lost} blocks of sound were lost, as the machine is too slow")
+            lines.append(f"{self._source.n_lost} blocks of sound were lost because the machine is too slow")
         return lines
 
     def _close(self) -> None:

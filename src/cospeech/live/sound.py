@@ -45,7 +45,7 @@ class Source(Protocol):
     ----------
     rate_hz : sampling rate in Hz.
     in_real_time : whether its sound has to be delayed until it would have been spoken.
-    n_lost : number of blocks that were dropped, as they were not read in time.
+    n_lost : number of blocks that were dropped because they were not read in time.
     begun_s : time on the clock ``time.perf_counter`` at which its sound began; None if it begins when it is read.
     """
 
