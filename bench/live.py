@@ -45,7 +45,7 @@ from cospeech.studio import cast, motion, script, voice
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.session import Trained
 
-RATE_HZ, CHUNK, SECONDS, LOOPBACK_S, SEED = 16000, 400, 600, 60, 2012
+RATE_HZ, CHUNK, SECONDS, LOOPBACK_S, SEED = 16000, 400, 600, 20, 2012
 BLOCK_S = 0.01
 SYSTEMS = ("controller", "bodylanguage")
 
