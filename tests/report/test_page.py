@@ -132,6 +132,8 @@ def test_every_exhibit_is_there_and_names_its_tables(virtual):
         "table-3-scenarios", "table-4.1", "fig-4.3", "fig-6.3", "fig-6.4", "fig-7.2a", "fig-7.2b", "fig-7.3",
         "fig-7.4", "fig-7.5", "leaderboard", "fig-timeline", "fig-differences", "fig-motion", "fig-recovery",
         "table-capture", "fig-rig", "table-observability", "table-transplant", "table-motion-quality",
+        "body-language-table-2.1", "body-language-table-3.1", "body-language-fig-5.2", "body-language-fig-6.1",
+        "fig-continuation", "table-elapsed",
     }  # fmt: skip
     assert virtual.text.count("· from ") == len(names)
 

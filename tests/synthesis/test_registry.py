@@ -106,7 +106,10 @@ def test_an_unknown_name_gets_a_suggestion():
         UserError, match=r"config: synthesis\.systems: .*'hsmm_wieghted'; did you mean 'hsmm_weighted'"
     ):
         registered({"hsmm_wieghted": {}}, virtual=True)
-    with pytest.raises(UserError, match="no installed package has a system 'xyz'; installed are another, clock"):
+    with pytest.raises(
+        UserError,
+        match="no installed package has a system 'xyz'; installed are another, bodylanguage, bodylanguage_random",
+    ):
         registered({"xyz": {}}, virtual=True)
     with pytest.raises(UserError, match="'shiftet'; did you mean 'shifted'"):
         installed("shiftet")
