@@ -55,8 +55,8 @@ def test_training_times_stand_next_to_those_of_the_same_library():
     published = {"controller-table-1": {"training_s": [4110, 307, 372, 230, 725, 7]}}
     run = dataclasses.replace(RUN, published=published)
     rows = controller.library_table(run, TABLES["controller_libraries"]).rows
-    assert rows[0] == ["Standard library", "706 s", "900", "2", "0.90 s", "4110 s"]
-    assert rows[1] == ["Octopus", "51 s", "60", "8", "0.02 s", "7 s"]
+    assert rows[0] == ["standard", "706 s", "900", "2", "0.90 s", "4110 s (Standard library)"]
+    assert rows[1] == ["creature with eight limbs", "51 s", "60", "8", "0.02 s", "7 s (Octopus)"]
     assert rows[2] == ["own", "30 s", "40", "2", "0.01 s", ""]
     pairs = controller.compare_libraries(RUN, TABLES["controller_libraries"], published["controller-table-1"])
     assert [pair.what for pair in pairs] == ["training time, Standard library", "training time, Octopus"]

@@ -30,14 +30,14 @@ QUANTITIES = {
 SHARES = ("undominated_share", "printed_discount_error", "style_combination_error")
 
 LIBRARIES = {
-    "standard": "Standard library",
-    "seated": "Sitting on stool",
-    "phone": "Holding phone",
-    "mug": "Sitting with mug",
-    "fork": "Holding pitchfork",
-    "creature": "Octopus",
+    "standard": ("standard", "Standard library"),
+    "seated": ("seated", "Sitting on stool"),
+    "phone": ("holding a phone", "Holding phone"),
+    "mug": ("with a mug", "Sitting with mug"),
+    "fork": ("with a fork", "Holding pitchfork"),
+    "creature": ("creature with eight limbs", "Octopus"),
 }
-"""The motion libraries of the studio, and the rows of table 1 that they stand for."""
+"""The motion libraries of the studio: their titles, and the rows of table 1 that they stand for."""
 
 TURN_DEG = 25.0
 """Angle by which figure 6 turns the bodies about the vertical axis."""
@@ -58,6 +58,7 @@ def windows(_: Run, windows: pd.DataFrame) -> Drawing:
             own = means[means["model"] == model]
             panel.plot(own["window"], own[score], marker="o", ms=4, color=colour, label=name)
         panel.set_title(title)
+        panel.set_xticks(sorted(means["window"].unique()))
         panel.set_xlabel(f"input window in steps of {windows['step_ms'].mean():.0f} ms")
         panel.grid(axis="y")
     axes[0, 0].set_ylabel("log-likelihood per step, nats")
@@ -132,7 +133,13 @@ def compare_control(_: Run, facts: pd.DataFrame, published: Facts) -> list[Pair]
 
 def libraries(_: Run, libraries: pd.DataFrame) -> Drawing:
     """Return how long the training of each library's control layer takes (table 1)."""
-    return Drawing(libraries)
+    return Drawing(libraries.sort_values("library", key=_places, kind="stable", ignore_index=True))
+
+
+def _places(names: pd.Series) -> pd.Series:
+    """Return the row of table 1 that each library stands for; others come last."""
+    known = {name: place for place, name in enumerate(LIBRARIES)}
+    return names.map(lambda name: known.get(name, len(known)))
 
 
 def library_table(run: Run, libraries: pd.DataFrame) -> Table:
@@ -144,12 +151,12 @@ def library_table(run: Run, libraries: pd.DataFrame) -> Table:
         place = known.get(row["library"])
         rows.append(
             [
-                LIBRARIES.get(row["library"], row["library"]),
+                _title(row["library"]),
                 f"{row['library_s']:.0f} s",
                 row["segments"],
                 row["hands"],
                 f"{row['training_s']:.2f} s",
-                "" if place is None else f"{published['training_s'][place]} s",
+                "" if place is None else f"{published['training_s'][place]} s ({LIBRARIES[row['library']][1]})",
             ]
         )
     return Table.of(["motion library", "length", "segments", "hands", "training time", "published"], rows)
@@ -160,20 +167,20 @@ def compare_libraries(_: Run, libraries: pd.DataFrame, facts: Facts) -> list[Pai
     ours = libraries.set_index("library")["training_s"]
     return [
         Pair(f"training time, {title}", f"{seconds} s (Core i7, 2.66 GHz)", f"{ours[name]:.2f} s")
-        for (name, title), seconds in zip(LIBRARIES.items(), facts["training_s"], strict=True)
+        for (name, (_, title)), seconds in zip(LIBRARIES.items(), facts["training_s"], strict=True)
         if name in ours.index
     ]
 
 
 def strips(_: Run, strips: pd.DataFrame) -> Drawing:
     """Draw frames of controllers with different libraries under the same speech (figure 6)."""
-    names = list(dict.fromkeys(strips["library"]))
+    names = list(dict.fromkeys(strips.sort_values("library", key=_places, kind="stable")["library"]))
     pictures = sorted(strips["picture"].unique())
     drawn, axes = style.figure(1.35 * len(names), len(names), len(pictures))
     for row, name in enumerate(names):
         own = strips[strips["library"] == name]
         places = _turned(own)
-        span = places.abs().to_numpy().max()
+        span = 1.05 * places.abs().to_numpy().max()
         for column, picture in enumerate(pictures):
             axis = axes[row, column]
             _figure(axis, own[own["picture"] == picture], places)
@@ -181,11 +188,16 @@ def strips(_: Run, strips: pd.DataFrame) -> Drawing:
             axis.set_ylim(-span, span)
             axis.set_aspect("equal")
             axis.axis("off")
-            if row == 0:
-                axis.set_title(f"{own.loc[own['picture'] == picture, 'time_s'].iloc[0]:.1f} s", fontsize="small")
-        axes[row, 0].text(0.0, 1.0, LIBRARIES.get(name, name), transform=axes[row, 0].transAxes, fontsize="small")
+            if row == len(names) - 1:
+                time_s = own.loc[own["picture"] == picture, "time_s"].iloc[0]
+                axis.text(0.5, -0.05, f"{time_s:.1f} s", transform=axis.transAxes, ha="center", va="top")
+        axes[row, 0].set_title(_title(name), loc="left", fontsize="small")
     counts = strips.groupby("library", sort=False)["joint"].nunique().rename("joints").reset_index()
     return Drawing(counts, drawn)
+
+
+def _title(library: str) -> str:
+    return LIBRARIES[library][0] if library in LIBRARIES else library
 
 
 def _turned(poses: pd.DataFrame) -> pd.DataFrame:
