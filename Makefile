@@ -43,8 +43,10 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
 	$(BIN)/python bench/live.py
+	$(BIN)/python bench/bodylanguage.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py
+	$(BIN)/python bench/controller.py
 	$(BIN)/python bench/capture.py
 
 MODEL := results/bundled/models/hsmm_sampled/clusters~8,states~3/ada

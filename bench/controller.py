@@ -7,10 +7,14 @@ ends with an error. The paper's times, on a Core i7 of 2.66 GHz, are printed nex
 
 *Inference layer*: 12 minutes of speech and motion at 15 Hz; all of EM, clusters and CRF.
 
+*Live*: each prosody frame of 25 ms, in wall-clock time with garbage collection, over ten minutes of speech: beliefs,
+decisions and blended motion of a library of 11 min 46 s at 25 frames per second. Also the time in which a change of
+style trains its policy.
+
 *CRF on hard labels*: ours and python-crfsuite (if installed), by L-BFGS with the same features and penalty. Ours must
 reach an objective at least as low.
 
-Processor times, of one thread.
+Processor times of one thread, except for the live part.
 """
 
 from __future__ import annotations
@@ -24,15 +28,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from markov import peak_mb
 from threadpoolctl import threadpool_limits
 
 from cospeech.kernels.jit import njit
 from cospeech.markov import crf
 from cospeech.markov.crf import Targets
-from cospeech.synthesis.controller import distances, inference, library, offline, policy
+from cospeech.motion import skeleton
+from cospeech.segmentation import phases
+from cospeech.synthesis import live
+from cospeech.synthesis.controller import SETTINGS, distances, inference, library, offline, online, policy
 from cospeech.synthesis.controller.clusters import Range
 from cospeech.synthesis.controller.library import Pieces, Successors
+from cospeech.synthesis.interface import Speech, Training
 
 Floats = npt.NDArray[np.float64]
 
@@ -43,6 +52,7 @@ DISCOUNT = 0.99
 PUBLISHED_S = {MINUTES[0]: 68.5 * 60}
 GOALS_S = {MINUTES[0]: 1.0, 60.0: 60.0}
 INFERENCE_GOAL_S, MEMORY_GOAL_MB = 3.0, 200.0
+HOP_S, LIVE_S, LIVE_GOAL_US, MOTION_FPS = 0.025, 600.0, 60.0, 25.0
 
 
 class Motion(NamedTuple):
@@ -196,6 +206,56 @@ def against_crfsuite(rng: np.random.Generator) -> None:
         sys.exit("our objective is larger than that of python-crfsuite")
 
 
+def moving(duration_s: float, rng: np.random.Generator) -> pd.DataFrame:
+    """Return the motion of arms that move and rest."""
+    n_frames = round(duration_s * MOTION_FPS)
+    active = np.repeat(rng.random(n_frames // 15 + 1) < 0.6, 15)[:n_frames]
+    turns = wander(n_frames, len(skeleton.JOINTS) * 3, 0.98, rng).reshape(n_frames, -1, 3) * active[:, None, None]
+    smooth = np.cumsum(turns, axis=0) - np.cumsum(turns, axis=0).mean(axis=0)
+    angles = 25.0 * np.sin(smooth / 40.0)
+    return skeleton.motion_table(np.zeros((n_frames, 3)), angles, MOTION_FPS)
+
+
+def talking(duration_s: float, rng: np.random.Generator) -> pd.DataFrame:
+    """Return four syllables per second, a quarter of them unvoiced."""
+    start = np.arange(0.1, duration_s - 0.5, 0.25)
+    voiced = rng.random(len(start)) > 0.25
+    table = pd.DataFrame({"record": "r", "syllable": np.arange(len(start)), "start_s": start, "peak_s": start + 0.1})
+    table["end_s"], table["known_s"] = start + 0.22, start + 0.24
+    table["f0_hz"] = np.where(voiced, rng.normal(150, 30, len(start)), np.nan)
+    table["f0_rise_hz"] = table["f0_fall_hz"] = 0.0
+    return table.assign(intensity_db=rng.normal(-30, 6, len(start)))
+
+
+def live_controller(rng: np.random.Generator) -> None:
+    """Time each prosody frame of a live controller."""
+    motions = {f"r{n}": moving(MINUTES[0] * 60 / 4, rng) for n in range(4)}
+    syllables = {name: talking(MINUTES[0] * 15, rng) for name in motions}
+    found = phases.find(motions, {"threshold": 0.25, "minimum_s": 0.1})
+    by_record = {str(name): table.reset_index(drop=True) for name, table in found.groupby("record")}
+    training = Training(
+        "actor", HOP_S, (), (), {}, {}, motions=motions, syllables=syllables, phases=by_record
+    )  # fmt: skip
+    model = online.train(training, {**SETTINGS, "states": [STATES]})
+    speech = Speech("r", HOP_S, round(LIVE_S / HOP_S), syllables=talking(LIVE_S, rng))
+    state = online.start(model, live.Stream("r", HOP_S, MOTION_FPS), 1)
+    hops = list(live.frames(speech))
+    online.step(state, hops[0])
+    begin = time.process_time()
+    online.control(state, "style:energetic", 0.7)
+    style_ms = 1000 * (time.process_time() - begin)
+    times = np.empty(len(hops) - 1)
+    for place, hop in enumerate(hops[1:]):
+        begin = time.perf_counter()
+        online.step(state, hop)
+        times[place] = time.perf_counter() - begin
+    p50, p99 = 1e6 * np.percentile(times, [50, 99])
+    print(
+        f"live, {len(model.control.kinematics)} segments, {STATES} states: {p50:.0f} µs per {1000 * HOP_S:.0f} ms in "
+        f"the median, {p99:.0f} at the 99th percentile, goal {LIVE_GOAL_US:.0f}; a change of style: {style_ms:.0f} ms"
+    )
+
+
 def main() -> None:
     """Print times, goals and the paper's times."""
     minutes = tuple(float(argument) for argument in sys.argv[1:]) or MINUTES
@@ -223,6 +283,7 @@ def main() -> None:
         inference.train(kinematics[:1], prosody[:1], f0, settings, 1)  # compiles
         train_s = took(lambda: inference.train(kinematics, prosody, f0, settings, 1), 3)
         print(f"inference layer, 12 minutes at {STEPS_PER_S} Hz: {train_s:.2f} s; goal {INFERENCE_GOAL_S:g} s")
+        live_controller(rng)
         against_crfsuite(rng)
 
 

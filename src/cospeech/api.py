@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech import __version__
-from cospeech.corpus import intake
+from cospeech.corpus import any_body, intake
 from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import segments, tables, vocabulary
 from cospeech.data.arrays import Floats
@@ -33,11 +33,15 @@ from cospeech.formats import audio, bvh
 from cospeech.formats import sound as wav
 from cospeech.formats.sound import RATE_HZ
 from cospeech.motion import assembly, skeleton, unit_selection
+from cospeech.motion.body import STANDARD
+from cospeech.motion.library import Library
 from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
 from cospeech.segmentation import prosody as clustering
 from cospeech.segmentation.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody as measuring
 from cospeech.speech import syllables
+from cospeech.synthesis.controller import model as controller
+from cospeech.synthesis.controller.model import Segments
 from cospeech.synthesis.declaration import System
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.registry import installed
@@ -363,6 +367,62 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
         labelled_hmm.from_table(read.tables[name]) for name in ("gesture_model", "prosody_model")
     )
     return ActorModel(read.card, system, trained, gesture_model, prosody_model, read.tables["gestures"], motions)
+
+
+class MotionLibrary(NamedTuple):
+    """The motion of a folder, for a gesture controller.
+
+    Attributes
+    ----------
+    folder : the recordings, their body and its hands.
+    segments : the motion segments, on the time steps of a controller.
+    """
+
+    folder: any_body.Folder
+    segments: Segments
+
+
+def motion_library(
+    folder: str | Path,
+    *,
+    unit: str = "m",
+    up: str = "y",
+    hands: Sequence[str] = (),
+    settings: Settings | None = None,
+) -> MotionLibrary:
+    """Read a folder of BVH or GLB files of one body, human or not, as a library for a gesture controller.
+
+    Gestures are movements of the hands. Their positions are scaled by the ratio of the lengths of arms to those of
+    people, whose kinematics the controller knows (Levine et al. 2010, 9.2).
+
+    Parameters
+    ----------
+    unit, up : unit of length of BVH files (m, cm, mm or in), and their axis that points up (y or z).
+    hands : joints that gesture; by default, the hands of a person, or else the end effectors that move fastest.
+    settings : configuration; by default that of the demo.
+
+    Raises
+    ------
+    UserError : if there is no motion, the files are not of the same body, or there are fewer than two segments.
+
+    Examples
+    --------
+    >>> found = api.motion_library(".")
+    >>> found.folder.hands
+    ('left_hand', 'right_hand')
+    """
+    found = any_body.read(Path(folder), unit, up, hands)
+    scale = any_body.reach_m(STANDARD, any_body.HUMAN_HANDS) / any_body.reach_m(found.body, found.hands)
+    places = {name: scale * any_body.places(found, name) for name in found.recordings}
+    rates = dict.fromkeys(places, found.fps)
+    active = phases.of_hands(places, rates, (settings or default_settings())["segmentation"]["phases"])
+    made = controller.on_steps(Library(active, found.recordings, found.fps, found.body), active)
+    if len(made.kinematics) < 2:
+        raise UserError(
+            f"{folder}: its motion has one segment, so that there is nothing to choose from; add motion in which the "
+            "hands move and rest"
+        )
+    return MotionLibrary(found, made)
 
 
 def synthesize(

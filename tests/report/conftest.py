@@ -152,6 +152,12 @@ def tables_of_a_run(tmp_path_factory):
     run.write(plausible.cameras(), "capture/cameras.parquet", "cameras")
     run.write(plausible.capture_scores(), "capture/capture_scores.parquet", "capture_scores")
     run.write(plausible.film_effect(), "evaluation/film_effect.parquet", "film_effect")
+    for name, (table, schema) in plausible.controller().items():
+        if name in ("controller_libraries", "controller_strips"):
+            run.write(table, f"evaluation/{name}.parquet", schema)
+        else:
+            for record in plausible.ACTORS:
+                run.write(table, f"synthesis/controller_offline/main/{record}/{name}.parquet", schema)
     for name, (table, schema) in plausible.body_language().items():
         run.write(table, f"synthesis/bodylanguage/main/ada_1/{name}.parquet", schema)
     for name in ("animation/stills", "animation/strip", "capture/rig"):

@@ -334,6 +334,46 @@ def body_language() -> dict[str, tuple[pd.DataFrame, str]]:
     }
 
 
+def controller() -> dict[str, tuple[pd.DataFrame, str]]:
+    """Return made-up tables of the controller's experiments, by path, with their schemas."""
+    rng = np.random.default_rng(13)
+    scores = [
+        {"record": record, "window": window, "step_ms": 100.0, "model": model, "chain": -0.5 * worse}
+        | {"filtered": -1.7 - worse, "kinematics": -2.5 - worse}
+        for record in ("ada_2", "ada_3")
+        for window in range(1, 6)
+        for model, worse in (("crf", 0.02 * abs(window - 4)), ("hmm", 0.8 * window))
+    ]
+    delays = 100.0 * np.arange(7)
+    cost = 2.0 + 0.6 * np.exp(-delays / 200)
+    quantities = {"segments": 220.0, "pieces": 700.0, "hidden_states": 9.0, "library_s": 180.0, "iterations": 12.0}
+    quantities |= {"undominated_share": 0.06, "printed_discount_error": 0.07, "style_combination_error": np.nan}
+    names = ("standard", "creature", "own")
+    joints = [(None, "hips"), ("hips", "chest"), ("chest", "head"), ("chest", "hand")]
+    strips = [
+        {"library": name, "picture": picture, "time_s": 2.0 + picture, "joint": joint, "parent": parent}
+        | dict(zip(("x_m", "y_m", "z_m"), rng.normal(0, 0.5, 3), strict=True))
+        for name in names
+        for picture in range(4)
+        for parent, joint in joints
+    ]
+    libraries = {"library": names, "library_s": [706.0, 51.0, 30.0], "segments": [900, 60, 40], "hands": [2, 8, 2]}
+    return {
+        "windows": (pd.DataFrame(scores), "controller_windows"),
+        "regret": (
+            pd.DataFrame({"delay_ms": delays, "cost": cost, "optimum": 2.0, "regret": cost / 2.0 - 1.0}),
+            "controller_regret",
+        ),
+        "control_layer": (
+            pd.DataFrame({"quantity": [*quantities], "value": [*quantities.values()]}), "controller_control_layer",
+        ),
+        "controller_libraries": (
+            pd.DataFrame(libraries | {"training_s": [0.9, 0.02, 0.01]}), "controller_libraries",
+        ),
+        "controller_strips": (pd.DataFrame(strips), "controller_strips"),
+    }  # fmt: skip
+
+
 RUN = Run(
     systems=SYSTEMS,
     actors=ACTORS,

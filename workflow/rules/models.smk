@@ -179,3 +179,27 @@ if BRINGS >= {"motion", "audio"}:
             "one actor's model under another actor's voice"
         script:
             "../../scripts/evaluation/transplants.py"
+
+    if VIRTUAL and "controller_offline" in SYSTEMS:
+
+        # The last record is spoken by another actor, if there are several.
+        SPOKEN = list(RECORDS)[-1]
+
+        rule controller_libraries:
+            input:
+                model=f"{RESULTS}/models/controller/{variant_of('controller')}/{ACTORS[0]}",
+                libraries=LIBRARIES,
+                syllables=f"{RESULTS}/speech/{SPOKEN}/syllables.parquet",
+                motion=f"{RESULTS}/motion/{SPOKEN}.parquet",
+            output:
+                table=f"{RESULTS}/evaluation/controller_libraries.parquet",
+                strips=f"{RESULTS}/evaluation/controller_strips.parquet",
+            params:
+                record=SPOKEN,
+                times_s=[2.0 + 1.5 * picture for picture in range(8)],
+                frame_s=config["speech"]["frame_s"],
+                method_code=code_hash.modules_hash([SYSTEMS["controller"].method]),
+            message:
+                f"controllers with {len(LIBRARIES)} motion libraries"
+            script:
+                "../../scripts/synthesis/controller_libraries.py"

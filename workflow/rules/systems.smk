@@ -107,8 +107,8 @@ WRITTEN_WITH = {
 } | {
     made_by(system, f"{table}.parquet").format(record=record): PLANNED.format(record=record)
     for system in TOGETHER
-    if SYSTEMS[system].drive == "own" and SYSTEMS[system].model == system
-    for table in [*SYSTEMS[system].tables, *SYSTEMS[system].reports]
+    if SYSTEMS[system].drive == "own"
+    for table in [*(SYSTEMS[system].tables if SYSTEMS[system].model == system else []), *SYSTEMS[system].reports]
     for record in RECORDS
 }
 

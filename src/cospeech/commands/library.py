@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from cospeech.api import ActorModel
     from cospeech.commands.parser import Parser
     from cospeech.corpus.any_body import Folder
-    from cospeech.synthesis.controller.model import Segments
 
 SYSTEM = "controller"
 
@@ -88,7 +87,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out.exists() and (not arguments.out.is_dir() or any(arguments.out.iterdir())):
         raise UserError(f"{arguments.out}: already exists; name a new folder with --out")
     from cospeech import api
-    from cospeech.corpus import any_body
     from cospeech.synthesis.controller import model as controller
 
     model = api.load_model(arguments.model)
@@ -97,10 +95,11 @@ def run(arguments: argparse.Namespace) -> int:
     keywords = {} if arguments.keywords is None else read_keywords(arguments.keywords)
     folder, segments = None, None
     if arguments.motions is not None:
-        folder = any_body.read(arguments.motions, arguments.unit, arguments.up, arguments.hands)
+        folder, segments = api.motion_library(
+            arguments.motions, unit=arguments.unit, up=arguments.up, hands=arguments.hands
+        )
         for line in folder.notes:
             note(line)
-        segments = segmented(folder, arguments.motions)
     made = controller.with_library(model.trained.model, segments, keywords)
     write(arguments.out, model, made, folder)
     library = made.control.library
@@ -109,33 +108,6 @@ def run(arguments: argparse.Namespace) -> int:
     note(f"{len(library.table)} segments of {len(library.first)} recordings, {seconds:.0f} s{hands}")
     print(arguments.out, flush=True)
     return 0
-
-
-def segmented(folder: Folder, where: Path) -> Segments:
-    """Return the motion library of a folder.
-
-    Raises
-    ------
-    UserError : if its motion has fewer than two segments.
-    """
-    from cospeech.corpus import any_body
-    from cospeech.motion.body import STANDARD
-    from cospeech.motion.library import Library
-    from cospeech.segmentation import phases
-    from cospeech.synthesis.controller import model as controller
-    from cospeech.workflow import config
-
-    scale = any_body.reach_m(STANDARD, any_body.HUMAN_HANDS) / any_body.reach_m(folder.body, folder.hands)
-    places = {name: scale * any_body.places(folder, name) for name in folder.recordings}
-    rates = dict.fromkeys(places, folder.fps)
-    found = phases.of_hands(places, rates, config.defaults()["segmentation"]["phases"])
-    made = controller.on_steps(Library(found, folder.recordings, folder.fps, folder.body), found)
-    if len(made.kinematics) < 2:
-        raise UserError(
-            f"{where}: its motion has one segment, so that there is nothing to choose from; add motion in which "
-            "the hands move and rest"
-        )
-    return made
 
 
 def read_keywords(path: Path) -> dict[str, tuple[int, ...]]:

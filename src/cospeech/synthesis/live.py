@@ -108,14 +108,19 @@ def frame_known(known_s: Floats, frame_s: float) -> npt.NDArray[np.int64]:
 
 def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, seed: int) -> Synthesis:
     """Return what a live system makes of a whole record: all its steps, one after another, and its end."""
-    state = method.start(model, Stream(speech.record, speech.frame_s, speech.motion_fps), seed)
-    steps = [method.step(state, heard) for heard in frames(speech)]
-    parts = [part for part in (*steps, method.end(state, speech)) if len(part)]
+    parts = all_steps(method, model, speech, seed)
     row = decoding(speech, driving_record=speech.driving_record, shift_s=speech.shift_s)
     if makes == "phrases":
         made = pd.concat([pd.DataFrame(part, columns=["start_frame", "label"]) for part in parts], ignore_index=True)
         return Synthesis(row, phrases=phrases_of(speech, made["start_frame"], made["label"]))
     return Synthesis(row, motion=motion_table(parts, speech.motion_fps))
+
+
+def all_steps(method: LiveMethod, model: Model, speech: Speech, seed: int) -> list[Made]:
+    """Return what the steps for a whole record and its end make, without the steps that make nothing."""
+    state = method.start(model, Stream(speech.record, speech.frame_s, speech.motion_fps), seed)
+    steps = [method.step(state, heard) for heard in frames(speech)]
+    return [part for part in (*steps, method.end(state, speech)) if len(part)]
 
 
 def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from cospeech.report.exhibits.declaration import LEVINE_2009, OZKUL_2012, Condition, Exhibit, Section, Source
+from cospeech.report.exhibits.declaration import (
+    LEVINE_2009,
+    LEVINE_2010,
+    OZKUL_2012,
+    Condition,
+    Exhibit,
+    Section,
+    Source,
+)
 
 SECTIONS = (
     Section("speech", "From speech to gesture", "Speech"),
@@ -11,6 +19,7 @@ SECTIONS = (
     Section("scores", "Scores", "Scores"),
     Section("voice", "Another voice", "Another voice"),
     Section("thesis", "The experiments of the thesis", "Thesis"),
+    Section("controller", "The experiments on gesture controllers", "Gesture controllers"),
     Section("body_language", "The experiments on body language", "Body language"),
     Section("corpus", "The corpus", "Corpus"),
     Section("planted", "What was planted", "Planted"),
@@ -23,11 +32,14 @@ CONDITIONS = (
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),
+    Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition(
         "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
     ),
 )
+
+CONTROLLER = "synthesis/controller_offline/main"
 
 BODY_LANGUAGE = "synthesis/bodylanguage/main/{first_record}"
 
@@ -56,6 +68,13 @@ SOURCES = {
     "film_effect": Source("evaluation/film_effect.parquet", "film_effect"),
     "capture_scores": Source("capture/capture_scores.parquet", "capture_scores"),
     "observability": Source("capture/{captured}/observability.parquet", "observability"),
+    "controller_windows": Source(f"{CONTROLLER}/{{record}}/windows.parquet", "controller_windows"),
+    "controller_regret": Source(f"{CONTROLLER}/{{record}}/regret.parquet", "controller_regret"),
+    "controller_control_layer": Source(
+        f"{CONTROLLER}/{{first_record}}/control_layer.parquet", "controller_control_layer"
+    ),
+    "controller_libraries": Source("evaluation/controller_libraries.parquet", "controller_libraries"),
+    "controller_strips": Source("evaluation/controller_strips.parquet", "controller_strips"),
     "subunit_library": Source(f"{BODY_LANGUAGE}/subunits.parquet", "subunit_library"),
     "subunit_clusters": Source(f"{BODY_LANGUAGE}/clusters.parquet", "subunit_clusters"),
     "observation_occurrences": Source(f"{BODY_LANGUAGE}/occurrences.parquet", "observation_occurrences"),
@@ -158,6 +177,30 @@ EXHIBITS = (
         sources={"trial": "smoothing"}, needs=("motion",),
     ),
     Exhibit(
+        "controller-fig-4", "controller", "controller:windows", document=LEVINE_2010,
+        sources={"windows": "controller_windows"}, needs=("controller_offline",),
+        published="controller-fig-4", compare="controller:compare_windows",
+    ),
+    Exhibit(
+        "fig-regret", "controller", "controller:regret",
+        sources={"regret": "controller_regret"}, needs=("controller_offline",),
+    ),
+    Exhibit(
+        "table-control-layer", "controller", "controller:control_layer", figure=False,
+        sources={"facts": "controller_control_layer"}, needs=("controller_offline",), show="controller:control_table",
+        published="controller-text", compare="controller:compare_control",
+    ),
+    Exhibit(
+        "controller-table-1", "controller", "controller:libraries", document=LEVINE_2010, figure=False,
+        sources={"libraries": "controller_libraries"}, needs=("controller_offline", "virtual"),
+        show="controller:library_table",
+        published="controller-table-1", compare="controller:compare_libraries",
+    ),
+    Exhibit(
+        "controller-fig-6", "controller", "controller:strips", document=LEVINE_2010,
+        sources={"strips": "controller_strips"}, needs=("controller_offline", "virtual"),
+    ),
+    Exhibit(
         "body-language-table-2.1", "body_language", "body_language:subunits", document=LEVINE_2009, figure=False,
         sources={"library": "subunit_library"}, needs=("bodylanguage_random",), show="body_language:subunit_table",
         published="body-language-table-2.1", compare="body_language:compare_subunits",
@@ -182,7 +225,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "body-language-fig-6.1", "body_language", "pictures:draw", document=LEVINE_2009, numbers=False,
-        sources={"picture": "strip_picture"}, needs=("motion", "bodylanguage_random"),
+        sources={"picture": "strip_picture"}, needs=("bodylanguage_random",),
     ),
     Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,

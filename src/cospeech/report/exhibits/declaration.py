@@ -14,6 +14,9 @@ PACKAGE = "cospeech.report.exhibits"
 OZKUL_2012 = "Özkul 2012"
 """S. Özkul, "Speech Driven Upper Body Gesture Analysis and Synthesis", Koç University, 2012."""
 
+LEVINE_2010 = "Levine et al. 2010"
+"""S. Levine, P. Krähenbühl, S. Thrun and V. Koltun, "Gesture Controllers", ACM Trans. Graph. 29 (4), 2010."""
+
 LEVINE_2009 = "Levine 2009"
 """S. Levine, "Body Language Animation Synthesis from Prosody", honors thesis, Stanford University, 2009."""
 

@@ -15,6 +15,12 @@ TABLES = {
     **{name: name for name in ("library", "delta", "successors", "interruptions", "body", "poses")},
 }
 
+REPORTS = {
+    **{name: f"controller_{name}" for name in ("windows", "regret", "control_layer")},
+    **{name: name for name in ("beliefs", "decisions")},
+}
+"""Tables about what the controller does with the speech of a record; the offline controller writes them."""
+
 SETTINGS = {
     "states": [4, 6, 9, 14, 25],
     "clusters": 10,
@@ -62,6 +68,7 @@ SYSTEMS = (
         makes="motion",
         shares="controller",
         tables=TABLES,
+        reports=REPORTS,
         settings=SETTINGS,
         order=41,
     ),
