@@ -17,6 +17,6 @@ with job.run(snakemake) as work:
     work.write(histograms, work.output.histograms, "motion_histograms")
     units = zip(work.params["assembled"], work.input.units, strict=True)
     joins = {tuple(key): assembly.boundaries(work.read(path, "units")) for key, path in units}
-    for (system, record, schema), path in zip(work.params["decided"], work.params["decisions"], strict=True):
-        joins[system, record] = motion_quality.joins_between(work.read(path, schema)["frame"])
+    for key, path in zip(work.params["decided"], work.params["decisions"], strict=True):
+        joins[tuple(key)] = motion_quality.joins_between(work.read(path, "subunit_decisions")["frame"])
     work.write(motion_quality.table(motions, joins, actors), work.output.quality, "motion_quality")

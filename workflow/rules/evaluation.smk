@@ -69,11 +69,11 @@ rule session_scores:
 
 if "motion" in BRINGS:
 
-    # The systems that make motion and report where they start to show a recorded segment.
+    # The systems that make motion and report at which of its frames they start to show a recorded segment.
     DECIDED = [
         system
         for system in makers(ANIMATED_TOGETHER, "motion")
-        if SYSTEMS[system].drive == "own" and "decisions" in SYSTEMS[system].reports
+        if SYSTEMS[system].drive == "own" and SYSTEMS[system].reports.get("decisions") == "subunit_decisions"
     ]
     DECISIONS = [path for system in DECIDED for path in expand(made_by(system, "decisions.parquet"), record=RECORDS)]
 
@@ -99,11 +99,7 @@ if "motion" in BRINGS:
             actors={record: actor_of(record) for record in RECORDS},
             animated=[(system, record) for system in ANIMATED for record in RECORDS],
             assembled=[(system, record) for system in makers(ANIMATED, "phrases") for record in RECORDS],
-            decided=[
-                (system, record, SYSTEMS[system].report_schemas["decisions"])
-                for system in DECIDED
-                for record in RECORDS
-            ],
+            decided=[(system, record) for system in DECIDED for record in RECORDS],
             decisions=DECISIONS,
             bins=config["evaluation"]["speed_bins"],
         message:
