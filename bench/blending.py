@@ -1,7 +1,9 @@
-"""Time velocity-preserving blending of one frame: python bench/blending.py
+"""Time blending and transitions, frame by frame: python bench/blending.py
 
-One step of ``Blender`` moves all 17 joints of the body. Forward kinematics of the same pose with numpy is timed in
-turn, as a measure of how fast the processor is. The median and the 99th percentile of the steps are printed.
+One step of ``Blender`` or ``Transitions`` moves all 17 joints of the body. Every frame comes from another place of
+the recording, so that every joint of ``Transitions`` is always in a transition. Forward kinematics of the same poses
+with numpy is timed as well, as a measure of how fast the processor is. The median and the 99th percentile are
+printed.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ import time
 
 import numpy as np
 
-from cospeech.motion.blending import Blender
+from cospeech.motion.blending import Blender, Stepper, Transitions
 from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Poses
 
@@ -27,27 +29,33 @@ def wander(n_frames: int) -> Poses:
     return Poses(rng.normal(0.0, 0.01, (n_frames, 3)), rotations)
 
 
+def step_times_s(stepper: Stepper, poses: Poses, order: np.ndarray) -> np.ndarray:
+    """Return the time of each step through poses in a given order."""
+    stepper.start(poses.root_m[1], poses.rotations[1])
+    times = np.empty(len(order) + 1)
+    for row, frame in enumerate(np.append(1, order)):
+        begin = time.perf_counter()
+        stepper.step(poses.root_m[frame], poses.rotations[frame], poses.root_m[frame - 1], poses.rotations[frame - 1])
+        times[row] = time.perf_counter() - begin
+    return times[1:]  # the first step compiles
+
+
 def main() -> None:
     """Print the times, their ratio and the goal."""
-    poses, blender = wander(N_FRAMES), Blender(STANDARD)
-    blender.start(poses.root_m[1], poses.rotations[1])
-    blender.step(poses.root_m[1], poses.rotations[1], poses.root_m[0], poses.rotations[0])  # compile
+    poses = wander(N_FRAMES)
     order = np.random.default_rng(1).integers(1, N_FRAMES, N_FRAMES)
-    times = np.empty(N_FRAMES)
-    for row, frame in enumerate(order):
-        begin = time.perf_counter()
-        blender.step(poses.root_m[frame], poses.rotations[frame], poses.root_m[frame - 1], poses.rotations[frame - 1])
-        times[row] = time.perf_counter() - begin
     begin = time.perf_counter()
     for frame in order[:N_REFERENCE]:
         STANDARD.world(poses.root_m[[frame]], poses.rotations[[frame]])
-    reference = (time.perf_counter() - begin) / N_REFERENCE
-    middle, late = 1e6 * np.percentile(times, [50, 99])
-    print(
-        f"one frame of {len(STANDARD.joints)} joints: {middle:.1f} us, 99th percentile {late:.1f} us; "
-        f"forward kinematics with numpy {1e6 * reference:.0f} us; goal {GOAL_US:g} us, "
-        + ("reached" if middle <= GOAL_US else "MISSED")
-    )
+    reference = 1e6 * (time.perf_counter() - begin) / N_REFERENCE
+    print(f"forward kinematics of one frame with numpy: {reference:.0f} us")
+    for stepper in (Blender(STANDARD), Transitions(STANDARD, 40.0)):
+        middle, late = 1e6 * np.percentile(step_times_s(stepper, poses, order), [50, 99])
+        print(
+            f"{type(stepper).__name__}: {middle:.1f} us per frame, 99th percentile {late:.1f} us, "
+            f"{reference / middle:.0f} times as fast; goal {GOAL_US:g} us, "
+            + ("reached" if middle <= GOAL_US else "MISSED")
+        )
 
 
 if __name__ == "__main__":

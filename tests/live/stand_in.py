@@ -82,7 +82,7 @@ class Sink:
         self.closed = True
 
 
-def run(model, source, outputs=(), listener=None, seed=0, said=None):
+def run(model, source, outputs=(), listener=None, seed=0, said=None, fps=25.0):
     """Run the engine until the source ends; return it and all frames, (n, 3 + 4 J)."""
     from cospeech.live import engine, performing
 
@@ -90,7 +90,7 @@ def run(model, source, outputs=(), listener=None, seed=0, said=None):
     hearing = engine.listening(model, source.rate_hz)
     performer = performing.performer(model, hearing, seed)
     lines = [] if said is None else said
-    running = engine.Engine(source, hearing, performer, [sink, *outputs], 25.0, lines.append, listener)
+    running = engine.Engine(source, hearing, performer, [sink, *outputs], fps, lines.append, listener)
     running.run()
     assert sink.closed
     return running, np.array(sink.frames)

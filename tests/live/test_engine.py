@@ -1,7 +1,9 @@
 """The engine: live motion is offline motion to the last bit, at the right speed, and only the end stops it."""
 
+import gc
 import json
 import socket
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from cospeech.live import engine
 from cospeech.live.control import Listener
 from cospeech.live.recording import Recorder
 from cospeech.live.sound import File
+from cospeech.live.vmc import Vmc
 from cospeech.motion.body import STANDARD
 from cospeech.speech import syllables
 from cospeech.synthesis import live
@@ -113,7 +116,7 @@ def test_a_stall_is_reported_and_what_piled_up_is_caught_up_with(model, samples,
     nothing = [np.empty(0)] * round(5 / engine.WAIT_S)
     said = []
     watched = Timed(clock)
-    _, frames = run(
+    running, frames = run(
         model, Stalling([], [*blocks, *nothing, samples[40_000:120_000], samples[120_000:]]), [watched], said=said
     )
     assert said == ["no sound for 2 s; waiting for more", "sound again after 5.0 s"]
@@ -122,16 +125,51 @@ def test_a_stall_is_reported_and_what_piled_up_is_caught_up_with(model, samples,
     late_s = np.array(watched.shown_s) - watched.times_s
     assert late_s[70:100].max() > 3.0
     assert late_s[-60:].max() < 0.03
+    assert running.out_delays.longest_s < 0.03  # it is not late for the sound, which arrived late itself
 
 
 def test_sound_of_any_kind_makes_as_much_motion(model, samples):
-    for spoken in (np.zeros(50_000), np.full(50_000, np.nan), np.sign(samples[:50_000]), samples[:50_000] * 1e30):
-        _, frames = run(model, Chunks(spoken, 777))
-        assert len(frames) == 78
-        assert np.isfinite(frames).all()
-    _, quiet = run(model, Chunks(np.zeros(50_000), 777))
-    _, none = run(model, Chunks(np.full(50_000, np.nan), 777))
-    np.testing.assert_array_equal(quiet, none)
+    some = samples[20_000:45_000]
+    made = [run(model, Chunks(spoken, 777))[1] for spoken in (0.0 * some, np.nan * some, np.sign(some), 1e30 * some)]
+    assert all(len(frames) == 39 and np.isfinite(frames).all() for frames in made)
+    np.testing.assert_array_equal(made[0], made[1])
+    assert (made[2] != made[0]).any()
+
+
+def test_memory_does_not_grow_while_nobody_speaks(model, tmp_path):
+    class Forgetful(Chunks):
+        def __init__(self, n):
+            super().__init__([], [])
+            self.n = n
+
+        def read(self, wait_s):
+            self.n -= 1
+            return np.zeros(400) if self.n >= 0 else None
+
+    held = []
+
+    class Nobody:
+        in_real_time = False
+
+        def show(self, frame, time_s, pose):
+            if frame in (25 * 10, 25 * 30):
+                gc.collect()
+                held.append(tracemalloc.get_traced_memory()[0])
+
+        def close(self):
+            pass
+
+    hearing = engine.listening(model, 16000)
+    recorder = Recorder(tmp_path / "x.bvh", STANDARD, 25.0, model.card, False, print)
+    outputs = [Nobody(), recorder, Vmc(STANDARD, "127.0.0.1", 9, print)]
+    outputs[2].in_real_time = False
+    running = engine.Engine(Forgetful(40 * 31), hearing, engine.performer(model, hearing, 0), outputs, 25.0, print)
+    tracemalloc.start()
+    try:
+        running.run()
+    finally:
+        tracemalloc.stop()
+    assert held[1] - held[0] < 8 * 20 * 25  # less than one number per frame
 
 
 def test_remarks_say_what_was_wrong(model, samples):
@@ -192,6 +230,19 @@ def test_a_system_that_fails_does_not_lose_what_was_recorded(model, samples, tmp
     with pytest.raises(UserError, match="the system is broken"):
         run(broken, Chunks(samples, 400), [recorder])
     assert len(tables.read(tmp_path / "x.parquet", "motion")) == 63
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((1, 70)), np.zeros(71), np.full((1, 71), np.nan)])
+def test_what_is_not_motion_is_refused_before_it_is_recorded(model, samples, tmp_path, wrong):
+    class Wrong(type(model.trained.method)):
+        def step(self, state, heard):
+            return wrong if heard.frame == 50 else super().step(state, heard)
+
+    broken = model._replace(trained=model.trained._replace(method=Wrong()))
+    recorder = Recorder(tmp_path / "x.bvh", STANDARD, 25.0, model.card, False, print)
+    with pytest.raises(UserError, match="'nods' declares that it makes motion, but it returned an array of shape"):
+        run(broken, Chunks(samples, 400), [recorder])
+    assert (tmp_path / "x.bvh").is_file()
 
 
 def test_changes_arrive_while_it_runs_and_wrong_ones_are_reported(model, samples):

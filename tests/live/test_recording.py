@@ -97,29 +97,29 @@ from test_vmc import random_poses
 from test_recording import CARD, show
 from cospeech.live.recording import Recorder
 from cospeech.motion.body import STANDARD
-recorder = Recorder(Path(sys.argv[2]), STANDARD, 25.0, CARD, False, print)
-show(recorder, random_poses(40))
+for name in sys.argv[2:]:
+    show(Recorder(Path(name), STANDARD, 25.0, CARD, False, print), random_poses(40))
 os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-@pytest.mark.parametrize("end", [".bvh", ".parquet"])
-def test_a_killed_recording_is_recovered_to_the_last_frame(record, end):
-    subprocess.run([sys.executable, "-c", KILLED, Path(__file__).parent, f"killed{end}"], check=False)
-    assert files() == [f"killed{end}.recording"]
-    with pytest.raises(UserError, match=r"complete it with 'cospeech live --recover killed"):
-        record(f"killed{end}")
-    whole = record(f"whole{end}")
-    show(whole, random_poses(40))
-    whole.close()
-    with Path(f"killed{end}.recording").open("ab") as file:
-        file.write(b"half a frame")
-    assert recording.recover(Path(f"killed{end}.recording"), False) == Path(f"killed{end}")
-    assert files() == [f"killed{end}", f"whole{end}"]
-    if end == ".bvh":
-        assert Path("killed.bvh").read_bytes() == Path("whole.bvh").read_bytes()
-    else:
-        pd.testing.assert_frame_equal(*(tables.read(name, "motion") for name in files()), check_exact=True)
+def test_killed_recordings_are_recovered_to_the_last_frame(record):
+    names = ["killed.bvh", "killed.parquet"]
+    subprocess.run([sys.executable, "-c", KILLED, Path(__file__).parent, *names], check=False)
+    assert files() == [f"{name}.recording" for name in names]
+    for name in names:
+        with pytest.raises(UserError, match=rf"complete it with 'cospeech live --recover {name}.recording'"):
+            record(name)
+        with Path(f"{name}.recording").open("ab") as file:
+            file.write(b"half a frame")
+        assert recording.recover(Path(f"{name}.recording"), False) == Path(name)
+        whole = record(name.replace("killed", "whole"))
+        show(whole, random_poses(40))
+        whole.close()
+    assert files() == [*names, "whole.bvh", "whole.parquet"]
+    assert Path("killed.bvh").read_bytes() == Path("whole.bvh").read_bytes()
+    killed, whole = (tables.read(f"{name}.parquet", "motion") for name in ("killed", "whole"))
+    pd.testing.assert_frame_equal(killed, whole, check_exact=True)
 
 
 def test_what_cannot_be_recovered_takes_one_line(record):

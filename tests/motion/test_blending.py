@@ -1,4 +1,4 @@
-"""Velocity-preserving blending: its gap, its speed, and a second implementation with scipy's rotations."""
+"""Blending and transitions: gap, speed, feet, and second implementations with scipy's rotations."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from dancer import motion
 from scipy.spatial.transform import Rotation
 
 from cospeech.motion import library, skeleton
-from cospeech.motion.blending import LOWER_BODY, Blender
+from cospeech.motion.blending import ARM_CATCH_UP_S, ARMS, LOWER_BODY, Blender, Transitions
 from cospeech.motion.body import STANDARD, Body
 from cospeech.motion.library import Poses
 
@@ -63,7 +63,7 @@ def angles(a, b):
 def test_gap_never_grows_and_the_speed_is_that_of_the_recording(body, local, seed):
     rng = np.random.default_rng(seed)
     desired, before = excerpts(rng, body, n_segments=8, spread=(0.1, 0.3, 0.6, 3.0)[seed])
-    blender = Blender(body, together=())
+    blender = Blender(body, together=(), feet=())
     begin = wander(rng, 1, len(body.joints))[0]
     blender.start(begin.root_m[0], begin.rotations[0])
     shown = blender.steps(desired, before)
@@ -89,7 +89,7 @@ def test_gap_never_grows_and_the_speed_is_that_of_the_recording(body, local, see
 def test_blending_is_that_of_the_formula_written_with_scipy(body, local):
     rng = np.random.default_rng(9)
     desired, before = excerpts(rng, body)
-    blender = Blender(body, together=())
+    blender = Blender(body, together=(), feet=())
     start = wander(rng, 1, len(body.joints))[0]
     blender.start(start.root_m[0], start.rotations[0])
     frames = np.array([
@@ -127,7 +127,7 @@ def test_the_lower_body_covers_one_share_of_all_its_gaps_and_keeps_its_speed(see
     rng = np.random.default_rng(seed)
     desired, before = excerpts(rng, STANDARD, n_segments=8, spread=(0.1, 0.3, 0.6, 1.0)[seed])
     start = wander(rng, 1, len(STANDARD.joints))[0]
-    blender = Blender(STANDARD)
+    blender = Blender(STANDARD, feet=())
     blender.start(start.root_m[0], start.rotations[0])
     shown = blender.steps(desired, before)
     earlier = Poses(*(
@@ -165,43 +165,190 @@ def crouching(knee_deg, shift_m):
     return library.from_motion(table)
 
 
-def test_feet_that_stand_in_both_poses_stay_where_they_are():
+FEET = [STANDARD.joints.index(f"{side}_foot") for side in ("left", "right")]
+
+
+def slip_m(shown):
+    """The largest horizontal distance of a foot from where it was first."""
+    places = STANDARD.world(shown.root_m, shown.rotations)[1][:, FEET][:, :, [0, 2]]
+    return np.linalg.norm(places - places[0], axis=2).max()
+
+
+def leaning():
+    """Leaning and crouching, with feet at the same place, in excerpts that start and end anywhere."""
     phase = np.linspace(0, 4 * np.pi, 200)
     poses = crouching(12 + 8 * np.sin(phase), 0.04 * np.cos(1.7 * phase))
-    feet = [STANDARD.joints.index(f"{side}_foot") for side in ("left", "right")]
-
-    def slip_m(shown):
-        places = STANDARD.world(shown.root_m, shown.rotations)[1][:, feet]
-        return np.linalg.norm(places - places[0], axis=2).max()
-
     order = np.concatenate([np.arange(start, start + 20) for start in (100, 5, 150, 60, 20, 170)])
-    desired, before = poses.at(order), poses.at(order - 1)
-    slips = []
-    for together in (LOWER_BODY, ()):
-        blender = Blender(STANDARD, together=together)
-        blender.start(poses.root_m[0], poses.rotations[0])
-        slips.append(slip_m(blender.steps(desired, before)))
+    return poses, order
+
+
+STEPPERS = {
+    "blender": lambda **options: Blender(STANDARD, **options),
+    "transitions": lambda **options: Transitions(STANDARD, 20.0, **options),
+}
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_feet_that_stand_in_all_poses_stay_where_they_are(name):
+    poses, order = leaning()
     assert slip_m(poses) < 1e-9
-    assert slips[0] < 0.002 < 0.01 < slips[1]
+    stepper = STEPPERS[name]()
+    stepper.start(poses.root_m[0], poses.rotations[0])
+    assert slip_m(stepper.steps(poses.at(order), poses.at(order - 1))) < 0.002
+    plain = Blender(STANDARD, together=(), feet=())
+    plain.start(poses.root_m[0], poses.rotations[0])
+    assert slip_m(plain.steps(poses.at(order), poses.at(order - 1))) > 0.01
 
 
-def test_steps_are_the_same_alone_and_together():
+@pytest.mark.parametrize("name", STEPPERS)
+def test_where_in_the_room_a_segment_was_recorded_does_not_move_the_feet(name):
+    poses, order = leaning()
+    shift = np.repeat(np.random.default_rng(3).uniform(-1, 1, (6, 3)) * [1, 0, 1], 20, axis=0)
+    desired, before = (Poses(one.root_m + shift, one.rotations) for one in (poses.at(order), poses.at(order - 1)))
+    stepper = STEPPERS[name]()
+    stepper.start(poses.root_m[0], poses.rotations[0])
+    assert slip_m(stepper.steps(desired, before)) < 0.002
+    loose = STEPPERS[name](feet=())
+    loose.start(poses.root_m[0], poses.rotations[0])
+    assert slip_m(loose.steps(desired, before)) > 0.05
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_a_walk_goes_as_far_as_the_recorded_one_and_returns_to_it(name):
+    """The feet move all the time, so a body that was elsewhere comes to where the recording is."""
+    poses = library.from_motion(motion(n_frames=300))
+    root = poses.root_m + np.column_stack([0.05 * np.arange(300), np.zeros(300), np.zeros(300)])
+    walk = Poses(root, poses.rotations)
+    frames = np.arange(1, 300)
+    stepper = STEPPERS[name]()
+    stepper.start(root[0] + [0.0, 0.0, 1.0], poses.rotations[0])
+    shown = stepper.steps(walk.at(frames), walk.at(frames - 1))
+    gap = np.linalg.norm(shown.root_m - walk.root_m[1:], axis=1)
+    assert gap[0] > 0.9
+    assert gap[-1] < 1e-6
+
+
+def test_a_transition_between_resting_poses_is_the_polynomial_between_them():
+    rng = np.random.default_rng(8)
+    first, second = wander(rng, 1, 5)[0], wander(rng, 1, 5)[0]
+    stepper = Transitions(SQUID, 20.0, 0.5, arms=())
+    stepper.start(first.root_m[0], first.rotations[0])
+    still = second.at(np.zeros(12, dtype=int))
+    shown = stepper.steps(still, still)
+    s = np.minimum(np.arange(1, 13) / 10, 1)
+    left = 1 - (10 * s**3 - 15 * s**4 + 6 * s**5)
+    assert shown.root_m == pytest.approx(second.root_m + left[:, None] * (first.root_m - second.root_m))
+    spaces = [blended_space(SQUID, poses.rotations, [1, 2]) for poses in (shown, second, first)]
+    for found, target, begin in zip(*spaces, strict=True):
+        gap = (target[0].inv() * begin[0]).as_rotvec()
+        assert angles(found, target[0] * Rotation.from_rotvec(left[:, None] * gap)) == pytest.approx(0, abs=TURN)
+
+
+def plain_transitions(body, desired, before, local, n_frames):
+    """Transitions of all joints without feet, written with scipy's rotations joint by joint."""
+    wanted, source = (blended_space(body, poses.rotations, local) for poses in (desired, before))
+    shown = []
+    for d, d_before in zip(wanted, source, strict=True):
+        r, age, offset, rate = [d[0]], n_frames, np.zeros(3), np.zeros(3)
+        for t in range(1, len(d)):
+            if angles(d_before[t], d[t - 1]) > 1e-5:
+                ahead = r[-1] * (r[max(t - 2, 0)].inv() * r[-1])
+                offset = (d_before[t].inv() * r[-1]).as_rotvec()
+                rate = (d[t].inv() * ahead).as_rotvec()
+                length = np.linalg.norm(rate)
+                rate = min(rate, rate * (length - 2 * np.pi) / length, key=lambda v, o=offset: np.linalg.norm(v - o))
+                rate, age = rate - offset, 0
+            age += 1
+            s = min(age / n_frames, 1)
+            left = offset * (1 - 10 * s**3 + 15 * s**4 - 6 * s**5)
+            left = left + n_frames * rate * (s - 6 * s**3 + 8 * s**4 - 3 * s**5)
+            r.append(d[t] * Rotation.from_rotvec(left))
+        shown.append(Rotation.concatenate(r))
+    return shown
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_transitions_are_those_written_with_scipy(seed):
+    rng = np.random.default_rng(seed)
+    desired, before = excerpts(rng, SQUID, n_segments=8, spread=(0.1, 0.3, 0.6, 1.0)[seed])
+    shown = Transitions(SQUID, 20.0, 0.5, arms=()).steps(desired, before)
+    expected = plain_transitions(SQUID, desired, before, [1, 2], 10)
+    for found, plain in zip(blended_space(SQUID, shown.rotations, [1, 2]), expected, strict=True):
+        assert angles(found, plain) == pytest.approx(0, abs=1e-7)
+
+
+def test_transitions_have_no_jerks_and_end_in_the_recording():
+    """A fast turn to the right is followed by one to the left."""
+    speed, n_frames = 0.05, 60
+    turn = speed * np.concatenate([np.arange(n_frames), n_frames - np.arange(1.0, n_frames + 1) - 10])
+    vectors = np.zeros((2 * n_frames, len(STANDARD.joints), 3))
+    names = ("head", "left_forearm")
+    joints = [STANDARD.joints.index(name) for name in names]
+    vectors[:, joints, 1] = turn[:, None]
+
+    def poses(vectors):
+        quaternions = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_quat(scalar_first=True)
+        return Poses(np.zeros((len(vectors), 3)), quaternions.reshape(len(vectors), -1, 4))
+
+    earlier = np.roll(vectors, 1, axis=0)
+    earlier[0] = vectors[0]
+    earlier[n_frames, joints, 1] = vectors[n_frames, joints, 1] + speed
+    desired, before = poses(vectors), poses(earlier)
+    largest = {}
+    for stepper in (Transitions(STANDARD, 20.0), Blender(STANDARD)):
+        shown = stepper.steps(desired, before)
+        for joint, name in zip(joints, names, strict=True):
+            angle = Rotation.from_quat(shown.rotations[:, joint], scalar_first=True).as_rotvec()[:, 1]
+            largest[type(stepper).__name__, name] = np.abs(np.diff(angle, 2)).max()
+            if isinstance(stepper, Transitions) and name == "head":
+                assert angle[-1] == pytest.approx(turn[-1], abs=TURN)
+    keep = np.exp(-1 / (ARM_CATCH_UP_S * 20.0))
+    assert largest["Blender", "head"] == pytest.approx(2 * speed, abs=1e-9)
+    assert largest["Transitions", "left_forearm"] < 1.01 * 2 * speed * max(keep, 1 - keep)
+    assert largest["Transitions", "head"] < 0.4 * 2 * speed
+
+
+def test_all_joints_keep_the_motion_of_the_recording_after_a_transition_but_arms_keep_its_speed():
+    rng = np.random.default_rng(11)
+    desired, before = excerpts(rng, STANDARD, n_segments=2, longest=60)
+    stepper = Transitions(STANDARD, 20.0, 0.25, feet=())
+    shown = stepper.steps(desired, before)
+    spaces = [blended_space(STANDARD, poses.rotations, HAND_JOINTS) for poses in (shown, desired)]
+    join = 1 + np.flatnonzero(np.abs(before.root_m[1:] - desired.root_m[:-1]).max(axis=1) > 1e-9)[0]
+    assert join + 5 < len(shown.root_m)
+    for joint, (found, wanted) in enumerate(zip(*spaces, strict=True)):
+        if STANDARD.joints[joint] not in ARMS:
+            assert angles(found, wanted)[join + 5 :] == pytest.approx(0, abs=TURN)
+    assert shown.root_m[join + 5 :] == pytest.approx(desired.root_m[join + 5 :])
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_the_first_frame_is_the_desired_one_and_starting_again_forgets(name):
     rng = np.random.default_rng(5)
     desired, before = excerpts(rng, STANDARD)
-    one, many = Blender(STANDARD), Blender(STANDARD)
-    alone = np.array([
-        one.step(desired.root_m[t], desired.rotations[t], before.root_m[t], before.rotations[t])
-        for t in range(len(desired.root_m))
-    ])  # fmt: skip
-    assert np.array_equal(many.steps(desired, before).frames, alone)
-    assert np.array_equal(many.pose, one.pose)
+    one, other = STEPPERS[name](), STEPPERS[name]()
+    first = one.steps(desired, before)
+    assert np.array_equal(first.frames[0], desired.frames[0])
+    assert np.array_equal(one.pose, first.frames[-1])
+    other.start(*(part[3] for part in (desired.root_m, desired.rotations)))
+    other.steps(desired, before)
+    other.start(desired.root_m[0], desired.rotations[0])
+    again = other.steps(desired.at(slice(1, None)), before.at(slice(1, None)))
+    assert np.array_equal(again.frames, first.frames[1:])
 
 
-def test_a_recording_that_is_followed_from_its_start_is_shown_as_it_is():
+@pytest.mark.parametrize("feet", [("left_hand", "tip"), ("left_finger",)])
+def test_feet_below_joints_in_parent_space_are_refused(feet):
+    with pytest.raises(ValueError, match="world space"):
+        Blender(SQUID, feet=feet)
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_a_recording_that_is_followed_from_its_start_is_shown_as_it_is(name):
     poses = library.from_motion(motion(n_frames=60, walk_m=0.01, turn_deg=40))
     before = poses.at(np.maximum(np.arange(-1, 59), 0))
-    shown = Blender(STANDARD).steps(poses, before)
-    assert np.array_equal(shown.root_m, poses.root_m)
+    shown = STEPPERS[name]().steps(poses, before)
+    assert shown.root_m == pytest.approx(poses.root_m, abs=1e-12)
     for joint in range(len(STANDARD.joints)):
         a, b = (Rotation.from_quat(one.rotations[:, joint], scalar_first=True) for one in (shown, poses))
         assert angles(a, b) == pytest.approx(0, abs=1e-9)

@@ -19,10 +19,12 @@ SEED = 2012
 
 TWICE = """
 import hashlib
-from cospeech.studio import cast, script, voice
-prosody = script.write(cast.member("ada", 1, 0.025, 10.0), "ada_1", 12.0, 0.8, 0.025, 1)[1]
-sound, table = voice.speak("ada_1", prosody, "Female2", "fairy_tale", 0.025, 1)
-print(hashlib.sha256(sound.tobytes() + table.to_csv().encode()).hexdigest())
+from cospeech.studio import scenes, voice, worlds
+for world in ("phrases", "all"):
+    actor = scenes.player("ada", world, 1, 0.025, 10.0)
+    scene = scenes.write(actor, "ada_1", 12.0, worlds.couplings(world, 0.8, {}), 0.025, 1)
+    sound, table = voice.speak("ada_1", scene.prosody, "Female2", "fairy_tale", 0.025, 1, scene.delivery())
+    print(hashlib.sha256(sound.tobytes() + table.to_csv().encode()).hexdigest())
 """
 
 

@@ -38,9 +38,9 @@ def hand_speed(moved, fps=FPS):
 
 @pytest.fixture(scope="module")
 def vigour():
-    """Forty minutes of two actors in the world ``vigour`` at coupling 0.8, in records of ten minutes."""
+    """Half an hour of two actors in the world ``vigour`` at coupling 0.8, in records of ten minutes."""
     return {
-        actor: [take("vigour", f"{actor}_{k}", 600.0, 0.8, actor) for k in range(4)] for actor in ("ada", "deniz")
+        actor: [take("vigour", f"{actor}_{k}", 600.0, 0.8, actor) for k in range(3)] for actor in ("ada", "deniz")
     }
 
 

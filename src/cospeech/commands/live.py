@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -149,14 +150,15 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.error("nothing shows the motion; leave out --vmc off, or add --record")
     begun_s = time.perf_counter()
     note_compilation()
-    running, model = _engine(arguments, begun_s)
-    with _stopped_by_signals(running):
+    with _signals() as stoppable:
+        running, model = _engine(arguments, begun_s)
+        stoppable.append(running)
         running.run()
     if running.n_frames:
         for path in arguments.record:
             print(path, flush=True)
     else:
-        note("no motion was made, as the sound was shorter than a frame")
+        note("no motion was made because the sound was shorter than a frame")
     for line in running.remarks():
         note(line)
     if arguments.latency:
@@ -238,17 +240,23 @@ def _source(arguments: argparse.Namespace, begun_s: float) -> Source:
 
 
 @contextmanager
-def _stopped_by_signals(engine: Engine) -> Iterator[None]:
-    """Let SIGINT (Ctrl-C) and SIGTERM stop the engine; a second Ctrl-C interrupts it."""
+def _signals() -> Iterator[list[Engine]]:
+    """Let SIGINT (Ctrl-C) and SIGTERM stop the engine that is put into the list; before that, they end the program.
 
-    def stop(_: int, __: FrameType | None) -> None:
+    A second Ctrl-C interrupts the engine.
+    """
+    running: list[Engine] = []
+
+    def stop(number: int, _: FrameType | None) -> None:
+        if not running:
+            sys.exit(128 + number)
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        engine.stop()
+        running[0].stop()
 
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, stop) for number in numbers]
     try:
-        yield
+        yield running
     finally:
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 SMALLEST_S, RATIO, N_BINS = 1e-6, 1.01, 2000
-"""Bins have edges in a ratio of 1.01, from a microsecond to seven minutes: a quantile is right to 1 %."""
+"""Bins have edges in a ratio of 1.01, from a microsecond to seven minutes, so quantiles are accurate to 1 %."""
 
 
 class Delays:

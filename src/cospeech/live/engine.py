@@ -60,7 +60,8 @@ class Engine:
     Attributes
     ----------
     n_frames : number of frames shown.
-    out_delays : from the arrival of the sound until the motion that it completed is out.
+    out_delays : from the arrival of the sound until the motion that it completed is out. Sound that is held back
+        arrives when it would have been spoken.
     syllable_delays : from the peak of a syllable until it is known.
     """
 
@@ -79,7 +80,7 @@ class Engine:
         self._stopped = False
         self._watched = source.in_real_time or any(output.in_real_time for output in outputs)
         self._n_heard = 0
-        self._begin_s = 0.0
+        self._begin_s = self._arrived_s = 0.0
         self.n_frames = 0
         self.out_delays, self.syllable_delays = Delays(), Delays()
 
@@ -98,7 +99,7 @@ class Engine:
         gc.freeze()  # what is loaded stays, so that collections need not look at it
         try:
             for piece in self._pieces():
-                self._process(self._hearing.push(piece), time.perf_counter())
+                self._process(self._hearing.push(piece))
             self._end()
         finally:
             gc.unfreeze()
@@ -127,6 +128,7 @@ class Engine:
             for first in range(0, len(samples), size):
                 piece = samples[first : first + size]
                 self._n_heard += len(piece)
+                self._arrived_s = now_s
                 self._wait()
                 if self._stopped:
                     return
@@ -141,20 +143,21 @@ class Engine:
         due_s = self._begin_s + (spoken_s if self._source.in_real_time else spoken_s / FASTER - AHEAD_S)
         while not self._stopped and (left_s := due_s - time.perf_counter()) > 0:
             time.sleep(min(left_s, WAIT_S))
+            self._arrived_s = due_s
 
-    def _process(self, frames: Iterator[Heard], arrived_s: float) -> None:
+    def _process(self, frames: Iterator[Heard]) -> None:
         for heard in frames:
             for syllable in heard.syllables:
                 self.syllable_delays.add(syllable["known_s"] - syllable["peak_s"])
-            self._show(self._performer.step(heard), arrived_s)
+            self._show(self._performer.step(heard))
 
-    def _show(self, frames: Floats, arrived_s: float) -> None:
+    def _show(self, frames: Floats) -> None:
         for pose in frames:
             time_s = (self.n_frames + 0.5) / self._fps
             for output in self._outputs:
                 output.show(self.n_frames, time_s, pose)
             self.n_frames += 1
-            self.out_delays.add(time.perf_counter() - arrived_s)
+            self.out_delays.add(time.perf_counter() - self._arrived_s)
 
     def _listen(self) -> None:
         if self._listener is None:
@@ -167,9 +170,10 @@ class Engine:
 
     def _end(self) -> None:
         """Hear and show what is left."""
-        self._process(self._hearing.finish(), time.perf_counter())
+        self._arrived_s = time.perf_counter()
+        self._process(self._hearing.finish())
         if self._hearing.n_frames:
-            self._show(self._performer.end(self._hearing.n_samples), time.perf_counter())
+            self._show(self._performer.end(self._hearing.n_samples))
 
     def remarks(self) -> list[str]:
         """Return what was wrong with the sound, one line each."""
@@ -180,7 +184,7 @@ class Engine:
         if troubles.n_full_scale > FEW_CLIPPED:
             lines.append(f"{troubles.n_full_scale} samples at full scale: recorded too loud")
         if self._source.n_lost:
-            lines.append(f"{self._source.n_lost} blocks of sound were lost, as the machine is too slow")
+            lines.append(f"{self._source.n_lost} blocks of sound were lost because the machine is too slow")
         return lines
 
     def _close(self) -> None:

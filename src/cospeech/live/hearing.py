@@ -1,8 +1,8 @@
 """What is heard of speech, frame by frame: its prosody and its syllables.
 
-The samples are those that a recording of the same sound would have: not finite ones are zero, all are limited to full
-scale, resampled to 16 kHz and rounded to 16 bits. Frames and syllables do not depend on the chunks in which the sound
-arrives, to the last bit.
+The samples are those of a recording of the same sound: they are limited to full scale, resampled to 16 kHz and
+rounded to 16 bits. Samples that are not finite count as zero. Frames and syllables do not depend on the chunks in
+which the sound arrives, to the last bit.
 
 - Sound at 16 kHz, which includes files, gives exactly the frames and syllables of the recording. Other sampling rates
   on a pipe are resampled with less delay than recordings are, and may differ from them in the last of the 16 bits.
@@ -106,7 +106,8 @@ class Recent:
     def latest(self, labelled: bool) -> tuple[str, dict[str, float]]:
         """Return prosody label and features of the latest frame.
 
-        The label is empty if it is not wanted or no speech was heard in the last minute; all features are 0 then.
+        The label is empty if it is not wanted. If no speech was heard in the last minute, it is empty, too, and all
+        features are 0.
         """
         table = self.table()
         if table is None:

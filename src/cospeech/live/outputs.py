@@ -10,12 +10,12 @@ from cospeech.data.arrays import Floats
 class Output(Protocol):
     """Shows or keeps frames of motion.
 
-    An output knows the body and the frame rate from its own constructor. An error of an output is its own affair:
-    ``show`` must not raise one, so that the others go on.
+    An output learns the body and the frame rate from its constructor. It handles its own errors: ``show`` must not
+    raise, so that the other outputs continue.
 
     Attributes
     ----------
-    in_real_time : whether somebody watches. The engine then waits where sound arrives faster than it is spoken.
+    in_real_time : whether somebody watches. If so, the engine holds back sound that arrives faster than it is spoken.
     """
 
     in_real_time: bool

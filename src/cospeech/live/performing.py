@@ -131,6 +131,7 @@ class LiveMotion:
     """A live system that makes motion; see ``LiveSteps`` for the parameters."""
 
     def __init__(self, model: ActorModel, hearing: Hearing, seed: int) -> None:
+        self._name = model.system.name
         self._steps = LiveSteps(model, hearing, seed)
         self.control = self._steps.control
         body_of = getattr(model.trained.method, "body", None)
@@ -146,10 +147,21 @@ class LiveMotion:
         return self._frames(self._steps.end(n_samples))
 
     def _frames(self, made: Any) -> Floats:
-        """Return what a step made as frames; it may be a motion table (see ``synthesis.live.Made``)."""
+        """Return what a step made as frames; it may be a motion table (see ``synthesis.live.Made``).
+
+        Raises
+        ------
+        UserError : if it is not motion of the body, which outputs could not show.
+        """
         if len(made) == 0:
             return np.empty((0, self._width))
-        return library.from_motion(made).frames if isinstance(made, pd.DataFrame) else np.asarray(made)
+        frames = library.from_motion(made).frames if isinstance(made, pd.DataFrame) else np.asarray(made)
+        if frames.ndim != 2 or frames.shape[1] != self._width or not np.isfinite(frames).all():
+            raise UserError(
+                f"system '{self._name}' declares that it makes motion, but it returned an array of shape "
+                f"{frames.shape}, or one with NaN; frames of its body have {self._width} finite numbers"
+            )
+        return frames
 
 
 class Redecoding:

@@ -1,4 +1,4 @@
-"""Recordings of live motion, as BVH or as a motion table, of which nothing is lost.
+"""Recordings of live motion, as BVH or as a motion table, that lose nothing.
 
 Each frame is appended at once to a file next to the recording, ``<name>.recording``. When the recording ends, the BVH
 or the table is written from this file, exactly as for the same motion made from a whole record. If the program is

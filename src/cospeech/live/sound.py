@@ -45,7 +45,7 @@ class Source(Protocol):
     ----------
     rate_hz : sampling rate in Hz.
     in_real_time : whether its sound has to be delayed until it would have been spoken.
-    n_lost : number of blocks that were dropped, as they were not read in time.
+    n_lost : number of blocks that were dropped because they were not read in time.
     begun_s : time on the clock ``time.perf_counter`` at which its sound began; None if it begins when it is read.
     """
 
@@ -165,7 +165,7 @@ class File:
     rate_hz = sound.RATE_HZ
     in_real_time = True
     n_lost = 0
-    begun_s = None
+    begun_s: float | None = None
 
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
         read = audio.read(path, channel)
@@ -198,7 +198,7 @@ class Microphone:
 
     rate_hz = sound.RATE_HZ
     in_real_time = False
-    begun_s = None
+    begun_s: float | None = None
 
     def __init__(self, device: str | None = None) -> None:
         try:

@@ -34,7 +34,7 @@ from cospeech.kernels.jit import njit
 from cospeech.motion.body import Body
 
 PORT = 39539
-"""Port on which receivers of the protocol listen, unless they are told otherwise."""
+"""Port on which receivers of the protocol listen by default."""
 
 MOST_BYTES = 1400
 """Largest packet: an Ethernet carries 1472 bytes of UDP, and tunnels somewhat less."""
@@ -115,7 +115,7 @@ class Packets:
 
     Raises
     ------
-    UserError : if the root of the body is not its hips, as of VRM avatars.
+    UserError : if the root of the body is not its hips, which it is in VRM avatars.
     """
 
     def __init__(self, body: Body) -> None:

@@ -21,20 +21,20 @@ from cospeech.studio import worlds
 STATES = ("calm", "lively", "excited")
 NEUTRAL = STATES.index("lively")
 
-LOUDNESS_DB = (-5.0, 0.0, 5.0)
-PITCH_RANGE = (0.65, 1.0, 1.3)
+LOUDNESS_DB = (-6.0, 0.0, 6.0)
+PITCH_RANGE = (0.6, 1.0, 1.35)
 SYLLABLE = (1.25, 1.0, 0.8)
 """Effects on the voice by state: level, factor of pitch intervals, factor of the length of syllables."""
 
 PACE = (0.6, 1.0, 1.6)
 SIZE = (0.25, 0.9, 1.8)
 REACH = (0.4, 0.8, 1.1)
-ARC_M = (0.0, 0.03, 0.08)
+ARC_M = (0.01, 0.05, 0.1)
 FIDGET_M = (0.0, 0.02, 0.1)
 """Effects on the hands by state: factors of rate and size of beats, factor of the way from the place of rest to that
 of a gesture, deviation from a straight path, and size of movements at rest."""
 
-MEAN_S = (2.5, 4.0)
+MEAN_S = (4.5, 7.0)
 SHORTEST_S = 1.0
 SHAPE = 2.5
 """Range of the mean duration of a state, its minimum, and the shape of the gamma distribution above it."""

@@ -50,12 +50,16 @@ HEAD_DEG = {
 }
 """Turn of the head about x, y and z in each of its subunits."""
 
-HEAD_SPREAD_DEG = 1.5
+HEAD_SPREAD_DEG = (1.5, 1.5, 1.5)
 
-HIPS_M = {"centre": (0.0, 0.0), "left": (0.045, 0.004), "right": (-0.045, 0.004)}
-"""Displacement of the hips to the left and forward in each subunit of the legs."""
+HIPS = {"centre": (0.0, 0.0, 0.0), "left": (0.06, 0.004, 10.0), "right": (-0.06, 0.004, -10.0)}
+"""Displacement of the hips to the left and forward in metres, and their turn to the left in degrees, in each subunit
+of the legs."""
 
-HIPS_SPREAD_M = 0.004
+SWAY = 0.2
+"""Factor of the sway of an actor whose legs have subunits."""
+
+HIPS_SPREAD = (0.004, 0.004, 1.0)
 
 BEAT_SIZE = {"small": 0.6, "large": 1.5, "sideways": 0.5}
 SIDEWAYS_M = 0.12
@@ -66,31 +70,44 @@ STEP_S = 0.01
 
 
 class Beat(NamedTuple):
-    """The beats of one hand as keyframes in warped time: displacement from its place (K, 3), and how paths bend.
+    """The beats of one hand as keyframes in warped time.
 
-    ``arcs`` (K, 3) is the direction in which the path that follows a keyframe deviates from a straight line.
+    Attributes
+    ----------
+    times_s : (K,) times of the keyframes.
+    values : (K, 3) displacement of the hand from its place.
+    arcs : (K, 3) direction in which the path that follows a keyframe deviates from a straight line.
+    flows : (K,) 1 if the hand passes the keyframe on a round path without a stop, 0 if it stops there.
     """
 
     times_s: list[float]
     values: list[Floats]
     arcs: list[Floats]
+    flows: list[float]
 
-    def key(self, time_s: float, value: Floats, arc: Floats | None = None) -> None:
+    def key(self, time_s: float, value: Floats, arc: Floats | None = None, flow: float = 0.0) -> None:
         """Add a keyframe; keyframes must be in temporal order, and a second one at the same time is ignored."""
         if not self.times_s or time_s > self.times_s[-1] + 1e-9:
             self.times_s.append(time_s)
             self.values.append(value)
             self.arcs.append(np.zeros(3) if arc is None else arc)
+            self.flows.append(flow)
 
     def at(self, warped_s: Floats, size: Floats, arc_m: Floats) -> Floats:
-        """Return the displacement (T, 3) at warped times (T,), with the size and the arc (T,) of each."""
-        times_s = np.array(self.times_s)
-        straight = minimum_jerk(times_s, np.array(self.values), warped_s)
+        """Return the displacement (T, 3) at warped times (T,), with the size and the arc (T,) of each.
+
+        Between two stops, the hand moves with minimum jerk; where it does not stop, on a half ellipse.
+        """
+        times_s, values, flows = np.array(self.times_s), np.array(self.values), np.array(self.flows)
         left = np.clip(np.searchsorted(times_s, warped_s, side="right") - 1, 0, max(len(times_s) - 2, 0))
         right = np.minimum(left + 1, len(times_s) - 1)
-        share = np.clip((warped_s - times_s[left]) / np.maximum(times_s[right] - times_s[left], 1e-9), 0.0, 1.0)
-        bend = np.sin(np.pi * share) ** 2 * arc_m
-        return np.asarray(size[:, None] * straight + bend[:, None] * np.array(self.arcs)[left])
+        u = np.clip((warped_s - times_s[left]) / np.maximum(times_s[right] - times_s[left], 1e-9), 0.0, 1.0)
+        round_ = np.maximum(flows[left], flows[right])[:, None]
+        even = values[left] + (0.5 - 0.5 * np.cos(np.pi * u))[:, None] * (values[right] - values[left])
+        straight = (1.0 - round_) * minimum_jerk(times_s, values, warped_s) + round_ * even
+        passing = flows[left] + (flows[right] - flows[left]) * u
+        bend = np.sin(np.pi * u) * (passing + (1.0 - passing) * np.sin(np.pi * u))
+        return np.asarray(size[:, None] * straight + (arc_m * bend)[:, None] * np.array(self.arcs)[left])
 
 
 def perform(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.DataFrame:
@@ -112,7 +129,13 @@ def perform(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.
     degrees |= motion.trunk(times_s, moving, _head(sections.get("head"), times_s), manner, rng)
     for side, values in zip(SIDES, moving, strict=True):
         degrees |= motion.arm(side, values, times_s, rng)
-    return motion.table(degrees, _hips(sections.get("legs"), times_s, rng), fps)
+    root_m = motion.standing(times_s, rng)
+    if "legs" in sections:
+        aside, ahead, turn = _poses(sections["legs"], HIPS, HIPS_SPREAD, times_s, rng).T
+        still = np.zeros(len(times_s))
+        root_m = SWAY * root_m + np.column_stack([aside, still - (1.0 - SWAY) * motion.KNEES_SOFT_M, ahead])
+        degrees["hips"] = degrees["hips"] + np.column_stack([still, turn, still])
+    return motion.table(degrees, root_m, fps)
 
 
 def hands(
@@ -127,7 +150,7 @@ def hands(
     if arms is not None and arms["subunit"].isin(GESTURES).all():
         return [track.at(times_s) for track in _forms(arms, manner, rng)]
     places, rates = (Track(), Track()), _Pace(scene.shown, float(times_s[-1]) + 1.0)
-    beats = tuple(Beat([], [], []) for _ in SIDES)
+    beats = tuple(Beat([], [], [], []) for _ in SIDES)
     warp: list[tuple[float, float]] = []
     strokes = [] if arms is None else _strokes(arms, scene.gestures)
     for phrase in _phrases(scene.gestures, manner, rng):
@@ -246,7 +269,7 @@ def _beat(phrase: _Phrase, beats: tuple[Beat, ...], rates: _Pace, manner: Style,
         for turn, time_s in enumerate(late_s.tolist()):
             last = turn == len(late_s) - 1
             side = 0.0 if last else 1.0 - 2.0 * (turn % 2)
-            beat.key(time_s, away * (turn % 2), side * arc)
+            beat.key(time_s, away * (turn % 2), side * arc, float(turn > 0 and not last))
         if phrase.following == "rest":
             beat.key(phrase.end_s, np.zeros(3))
 
@@ -324,7 +347,7 @@ def _forms(arms: pd.DataFrame, manner: Style, rng: np.random.Generator) -> tuple
 def _poses(
     table: pd.DataFrame,
     poses: Mapping[str, tuple[float, ...]],
-    spread: float,
+    spread: tuple[float, ...],
     times_s: Floats,
     rng: np.random.Generator,
 ) -> Floats:
@@ -348,12 +371,3 @@ def _head(table: pd.DataFrame | None, times_s: Floats) -> Callable[[np.random.Ge
         return _poses(table, HEAD_DEG, HEAD_SPREAD_DEG, times_s, rng)
 
     return turn
-
-
-def _hips(table: pd.DataFrame | None, times_s: Floats, rng: np.random.Generator) -> Floats:
-    """Return the displacement of the hips (T, 3) in metres."""
-    root_m = motion.standing(times_s, rng)
-    if table is not None:
-        root_m[:, [0, 2]] *= 0.2
-        root_m[:, [0, 2]] += _poses(table, HIPS_M, HIPS_SPREAD_M, times_s, rng)
-    return root_m

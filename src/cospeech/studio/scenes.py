@@ -6,6 +6,7 @@ arousal and the subunits that follow syllables. ``worlds`` describes what depend
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -31,6 +32,10 @@ TABLES = {
 
 COUNTED_S = 3600.0
 """Duration of the sample in which gesture phrases are counted that no semi-Markov process generates."""
+
+SMOOTHING_S, ANY_DURATION = 0.1, 0.01
+"""Standard deviation of the Gaussian window that counted durations are smoothed with, and the share of a uniform
+distribution that is added, as no sample contains all durations that are possible."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +189,7 @@ def gesture_model(own: Player, max_duration_s: float, frame_s: float, seed: int)
         actor=own.member.actor,
         initial=initial,
         transitions=_normalised(transitions),
-        durations=_normalised(durations),
+        durations=_smoothed(_normalised(durations), SMOOTHING_S / frame_s),
         coupled=np.tile(own.member.marginal(), (n, 1)),
     )
 
@@ -193,3 +198,11 @@ def _normalised(counts: Floats) -> Floats:
     """Return the rows of counts as probabilities; a row without a count is uniform."""
     filled = np.where(counts.sum(axis=1, keepdims=True) > 0.0, counts, 1.0)
     return np.asarray(filled / filled.sum(axis=1, keepdims=True))
+
+
+def _smoothed(durations: Floats, deviation: float) -> Floats:
+    """Return duration probabilities (G, D), smoothed over their bins; no duration is impossible."""
+    half = math.ceil(4.0 * deviation)
+    window = np.exp(-0.5 * (np.arange(-half, half + 1) / max(deviation, 1e-9)) ** 2)
+    smooth = _normalised(np.array([np.convolve(row, window)[half : half + len(row)] for row in durations]))
+    return np.asarray((1.0 - ANY_DURATION) * smooth + ANY_DURATION / durations.shape[1])

@@ -52,7 +52,7 @@ TROUGH_DB = 6.0
 HEADROOM_DB = 1.0
 """Level by which speech is softer than in the world ``phrases``, so that loud syllables in excitement do not clip."""
 
-FLATNESS = 0.4
+FLATNESS = 0.35
 """Factor of the contours of prosody patterns."""
 
 LOWEST_ST = min(value for pattern in PATTERNS for value in pattern.pitch_st)

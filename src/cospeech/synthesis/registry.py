@@ -107,7 +107,7 @@ def registered(chosen: Mapping[str, Any], virtual: bool, offered: Collection[str
                 origins[system.name] = loaded.package
     for name in sorted(names - found.keys() - failures.keys()):
         if not broken:
-            raise UserError(f"config: synthesis.systems: {_unknown(name, sorted(known))}")
+            raise UserError(f"config: synthesis.systems: {_unknown(name, sorted(set(known)))}")
         failures[name] = _cannot_load(name, broken)
     for name, system in found.items():
         settings_of(system, chosen[name])

@@ -15,23 +15,11 @@ def run(model, mode, seen, passed_s, ended=None):
         new = forward.empty(n, mode)
         over = ended if ended is not None and t == len(seen) - 1 else np.zeros(n, dtype=bool)
         forward.update(
-            model.continuing, model.after_start, model.after, model.emissions[observation], model.logit,
-            model.length_s, passed, over, mode, beliefs[-1], new,
+            model.continuing, forward.successors(model.after_start, model.after), model.emissions[observation],
+            model.logit, model.length_s, passed, over, mode, beliefs[-1], new,
         )  # fmt: skip
         beliefs.append(new)
     return beliefs
-
-
-def alpha_of(belief):
-    result = np.empty((2, len(belief.start)))
-    forward.probabilities(belief, result)
-    return result
-
-
-def expected_share(belief):
-    weight = belief.entry[: belief.n_entries[0]].sum(axis=0)
-    moment = (belief.entry * belief.elapsed)[: belief.n_entries[0]].sum(axis=0)
-    return moment / np.where(weight > 0.0, weight, 1.0)
 
 
 def case(rng, n_clusters, n_steps):
@@ -47,9 +35,9 @@ def test_exact_probabilities_and_elapsed_shares_equal_the_enumeration_of_paths()
         ended = rng.random(len(model.initial)) < 0.5 if trial % 2 else None
         alpha, share = enumerated(model, seen, passed_s, ended)
         belief = run(model, forward.EXACT, seen, passed_s, ended)[-1]
-        np.testing.assert_allclose(alpha_of(belief), alpha, atol=1e-11)
+        np.testing.assert_allclose(forward.probabilities(belief), alpha, atol=1e-11)
         known = alpha[1] > 1e-6
-        np.testing.assert_allclose(expected_share(belief)[known], share[known], atol=1e-6)
+        np.testing.assert_allclose(forward.expected_share(belief)[known], share[known], atol=1e-6)
 
 
 def written_out(model, seen, passed_s, printed):
@@ -79,8 +67,8 @@ def test_expectations_equal_equation_5_3_written_out(mode):
         model, seen, passed_s = case(rng, 1 + trial % 5, 12)
         expected = written_out(model, seen, passed_s, mode == forward.PRINTED)
         for belief, (alpha, tau) in zip(run(model, mode, seen, passed_s)[1:], expected, strict=True):
-            np.testing.assert_allclose(alpha_of(belief), alpha, rtol=1e-9, atol=1e-12)
-            np.testing.assert_allclose(belief.elapsed[0], tau, rtol=1e-9)
+            np.testing.assert_allclose(forward.probabilities(belief), alpha, rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(belief.elapsed[:, 0], tau, rtol=1e-9)
 
 
 def test_all_modes_agree_until_a_subunit_may_have_been_entered_at_two_times():
@@ -89,7 +77,7 @@ def test_all_modes_agree_until_a_subunit_may_have_been_entered_at_two_times():
     for trial in range(20):
         model, seen, passed_s = case(rng, 1 + trial % 4, 2)
         exact, expected = (
-            [alpha_of(belief) for belief in run(model, mode, seen, passed_s)]
+            [forward.probabilities(belief) for belief in run(model, mode, seen, passed_s)]
             for mode in (forward.EXACT, forward.EXPECTED)
         )
         np.testing.assert_allclose(exact[1], expected[1], atol=1e-12)
@@ -104,23 +92,36 @@ def test_printed_expectation_is_wrong_and_the_derived_one_close():
         exact = run(model, forward.EXACT, seen, passed_s)
         for mode, differences in off.items():
             for right, wrong in zip(exact, run(model, mode, seen, passed_s), strict=True):
-                differences.append(0.5 * np.abs(alpha_of(right) - alpha_of(wrong)).sum())
+                differences.append(0.5 * np.abs(forward.probabilities(right) - forward.probabilities(wrong)).sum())
     assert np.mean(off[forward.EXPECTED]) < 0.02
     assert np.mean(off[forward.PRINTED]) > 3 * np.mean(off[forward.EXPECTED])
 
 
-def test_more_entries_than_are_kept_are_combined(monkeypatch):
-    """A subunit that hardly ever ends: the belief stays normalised, and the oldest entries keep their weight."""
+def test_more_entries_than_are_kept_are_combined_with_the_oldest(monkeypatch):
+    """Where the elapsed share does not matter, this changes nothing."""
     rng = np.random.default_rng(4)
-    model = random_chain(rng, 2)
-    model.logit[:] = [30.0, 0.0]
-    model.continuing[:], model.after_start[:] = 0.5, 0.25
-    seen = np.full(3 * forward.N_ENTRIES, observations.OCCURRING[5])
-    model.emissions[:] = 1.0 / observations.N_OBSERVATIONS
-    beliefs = run(model, forward.EXACT, seen, np.full(len(seen), 0.2))
-    for belief in beliefs:
-        assert alpha_of(belief).sum() == pytest.approx(1.0)
-    assert beliefs[-1].entry[-1].sum() > 0.99
+    model = random_chain(rng, 3)
+    model.logit[:] = [2.5, 0.0]
+    seen = rng.choice(observations.OCCURRING, 3 * forward.N_ENTRIES)
+    model.emissions[:] = model.emissions + 0.3
+    passed_s = rng.uniform(0.1, 0.3, len(seen))
+    some = run(model, forward.EXACT, seen, passed_s)
+    assert max(belief.n_entries.max() for belief in some) == forward.N_ENTRIES
+    monkeypatch.setattr(forward, "N_ENTRIES", len(seen))
+    for kept, all_kept in zip(some, run(model, forward.EXACT, seen, passed_s), strict=True):
+        np.testing.assert_allclose(forward.probabilities(kept), forward.probabilities(all_kept), atol=1e-9)
+        np.testing.assert_allclose(forward.expected_share(kept), forward.expected_share(all_kept), atol=1e-6)
+
+
+def test_sparse_successors_are_those_of_the_matrices():
+    rng = np.random.default_rng(7)
+    for n in (1, 3, 8):
+        tables = np.where(rng.random((2, n, n)) < 0.4, rng.random((2, n, n)), 0.0) + 1e-3
+        found = forward.successors(*tables)
+        for i in range(n):
+            row = np.tile(found.base[i], (n, 1))
+            row[found.cluster[i, : found.n_more[i]]] += found.more[i, : found.n_more[i]]
+            np.testing.assert_allclose(row.T, tables[:, i])
 
 
 def test_direct_probabilities_equal_equation_4_1():
@@ -154,7 +155,7 @@ def test_product_of_forward_and_direct_probabilities_is_normalised():
         belief = run(model, forward.EXACT, seen, passed_s)[-1]
         shown = int(rng.integers(n))
         gamma = rng.random(n + 1)
-        product = gamma * np.append(belief.start, alpha_of(belief)[1, shown])
+        product = gamma * np.append(belief.start, forward.probabilities(belief)[1, shown])
         combined = gamma.copy()
         forward.combine(belief, shown, combined)
         np.testing.assert_allclose(combined, product / product.sum())

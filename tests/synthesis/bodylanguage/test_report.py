@@ -7,8 +7,11 @@ from small_chain import random_chain
 from speaking_body import SETTINGS
 
 from cospeech.data import tables
+from cospeech.errors import UserError
 from cospeech.synthesis import live
 from cospeech.synthesis.bodylanguage import SYSTEMS, forward, model, observations, proposed, report
+from cospeech.synthesis.session import Driving, Session
+from cospeech.synthesis.speech import Streams, Wrong
 
 
 @pytest.fixture(scope="module")
@@ -99,3 +102,21 @@ def test_errors_of_the_expected_share_are_zero_without_continuations_and_larger_
     none = report.elapsed_errors({"arms": never}, observed)
     np.testing.assert_allclose(none["variation_max"], 0.0, atol=1e-12)
     assert forward.MODES == ("exact", "expected", "printed")
+
+
+def test_a_session_runs_the_systems_on_one_model_and_checks_their_reports(training, monkeypatch):
+    trained_on = []
+    train = proposed.train
+    monkeypatch.setattr(proposed, "train", lambda *given: trained_on.append(given) or train(*given))
+    speech = speaking_body.speech()
+    streams = Streams({"new": np.full(speech.n_frames, "p1", dtype=object)}, syllables={"new": speech.syllables})
+    driving = Driving(streams, "new", speech.frame_s, 2012, Wrong(5.0), speech.motion_fps, speech.n_motion_frames)
+    session = Session(training, {}, {})
+    made = {system.name: session.synthesise(system, driving)[0].motion for system in SYSTEMS}
+    made["shifted"] = session.synthesise(SYSTEMS[0].matched_controls()[1], driving)[0].motion
+    assert len(trained_on) == 1
+    assert len({table["left_arm_x_deg"].sum() for table in made.values()}) == len(made)
+    assert set(session.reports(SYSTEMS[0], driving)) == set(SYSTEMS[0].reports)
+    monkeypatch.setattr(proposed, "report", lambda *given: {})
+    with pytest.raises(UserError, match=r"declares the reports decisions, .*, but it returned none"):
+        session.reports(SYSTEMS[0], driving)

@@ -11,7 +11,7 @@ a phone wrote how it was held.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -240,7 +240,8 @@ def brightness(film: Film) -> Generator[Plane]:
     UserError : if a frame cannot be decoded.
     """
     for frame in _decoded(film):
-        luma = np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+        with _reading(film):
+            luma = np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
         yield np.rot90(luma, film.quarter_turns) if film.quarter_turns else luma
 
 
@@ -256,19 +257,25 @@ def _luma(frame: av.VideoFrame) -> Plane:
 
 def _decoded(film: Film) -> Generator[av.VideoFrame]:
     n_combed = 0
+    with _reading(film), opened(film.path) as container:
+        container.streams.video[0].thread_type = "NONE"
+        for number, frame in enumerate(islice(container.decode(video=0), film.first, None)):
+            if number % COMB_STEP == 0:
+                n_combed += combed(_luma(frame))
+                if n_combed >= COMBED_FRAMES:
+                    raise UserError(
+                        f"{film.path}: the film is interlaced: the edges of what moves in frame "
+                        f"{film.first + number} are combed; {PROGRESSIVE}"
+                    )
+            yield frame
+
+
+@contextmanager
+def _reading(film: Film) -> Iterator[None]:
+    """Turn the error of a frame that cannot be decoded or converted into a UserError."""
     try:
-        with opened(film.path) as container:
-            container.streams.video[0].thread_type = "NONE"
-            for number, frame in enumerate(islice(container.decode(video=0), film.first, None)):
-                if number % COMB_STEP == 0:
-                    n_combed += combed(_luma(frame))
-                    if n_combed >= COMBED_FRAMES:
-                        raise UserError(
-                            f"{film.path}: the film is interlaced: the edges of what moves in frame "
-                            f"{film.first + number} are combed; {PROGRESSIVE}"
-                        )
-                yield frame
-    except av.FFmpegError as error:
+        yield
+    except (av.FFmpegError, OSError) as error:
         raise UserError(
             f"{film.path}: a frame cannot be decoded ({error}); convert the film with ffmpeg, or film again"
         ) from error
@@ -312,5 +319,6 @@ def read(films: Sequence[Film], n_frames: int) -> Iterator[list[Planes]]:
                     raise UserError(
                         f"{film.path}: ends after {frame} of {n_frames} frames; convert it with ffmpeg, or film again"
                     )
-                pictures.append(planes(picture, film.quarter_turns))
+                with _reading(film):
+                    pictures.append(planes(picture, film.quarter_turns))
             yield pictures

@@ -225,7 +225,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "body-language-fig-6.1", "body_language", "pictures:draw", document=LEVINE_2009, numbers=False,
-        sources={"picture": "strip_picture"}, needs=("motion", "bodylanguage_random"),
+        sources={"picture": "strip_picture"}, needs=("bodylanguage_random",),
     ),
     Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,

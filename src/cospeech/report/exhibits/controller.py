@@ -75,7 +75,7 @@ def windows(_: Run, windows: pd.DataFrame) -> Drawing:
 def compare_windows(_: Run, means: pd.DataFrame, facts: Facts) -> list[Pair]:
     """Return the published best window next to ours, by both scores."""
     crf = means[means["model"] == "crf"]
-    best = {score: int(crf.loc[crf[score].idxmax(), "window"]) for score in SCORES}
+    best = {score: int(crf["window"].iloc[int(np.argmax(crf[score]))]) for score in SCORES}
     gap = (
         crf.set_index("window")["filtered"] - means[means["model"] == "hmm"].set_index("window")["filtered"]
     ).dropna()

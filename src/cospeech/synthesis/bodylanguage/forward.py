@@ -39,25 +39,49 @@ class Belief(NamedTuple):
     Attributes
     ----------
     start : (N,) alpha(s_i).
-    entry : (K, N) probabilities of the entries of c_i, the latest first. elapsed : (K, N) their elapsed shares.
-    n_entries : (1,) number of rows in use.
+    entry : (N, K) probabilities of the entries of c_i, the latest first. elapsed : (N, K) their elapsed shares.
+    odds : (N, K) (1 - f_i) / f_i at the elapsed share, from which f_i follows without an exponential per entry.
+    n_entries : (N,) number of entries.
     """
 
     start: Floats
     entry: Floats
     elapsed: Floats
+    odds: Floats
     n_entries: Integers
 
 
+class Successors(NamedTuple):
+    """The probabilities of the next start state, sparse: most pairs of clusters never follow one another.
+
+    Attributes
+    ----------
+    base : (N, 2) what the transitions from s_i and from c_i to every start state have in common.
+    n_more : (N,) number of clusters to which there is more. cluster : (N, L) these clusters.
+    more : (N, L, 2) what is added for each of them.
+    """
+
+    base: Floats
+    n_more: Integers
+    cluster: Integers
+    more: Floats
+
+
+def successors(after_start: Floats, after: Floats) -> Successors:
+    """Return the sparse form of T_si,sj and T_ci,sj, (N, N) each."""
+    whole = np.stack([after_start, after], axis=2)
+    base = whole.min(axis=1)
+    more = whole - base[:, None]
+    linked = (more > 0.0).any(axis=2)
+    n_more = linked.sum(axis=1)
+    cluster = np.argsort(~linked, axis=1, kind="stable")[:, : max(1, int(n_more.max()))]
+    return Successors(base, n_more, cluster, np.take_along_axis(more, cluster[:, :, None], axis=1))
+
+
 def empty(n_clusters: int, mode: int) -> Belief:
-    """Return a belief of zeros, with as many entries as the mode needs."""
-    n_entries = N_ENTRIES if mode == EXACT else 1
-    return Belief(
-        np.zeros(n_clusters),
-        np.zeros((n_entries, n_clusters)),
-        np.zeros((n_entries, n_clusters)),
-        np.zeros(1, dtype=np.int64),
-    )
+    """Return a belief of zeros, with as much room for entries as the mode needs."""
+    entry, elapsed, odds = np.zeros((3, n_clusters, N_ENTRIES if mode == EXACT else 1))
+    return Belief(np.zeros(n_clusters), entry, elapsed, odds, np.zeros(n_clusters, dtype=np.int64))
 
 
 def first(initial: Floats, mode: int) -> Belief:
@@ -76,8 +100,7 @@ def continuation(logit: Any, elapsed: float) -> float:
 @njit
 def update(
     continuing: Any,
-    after_start: Any,
-    after: Any,
+    following: Any,
     emission: Any,
     logit: Any,
     length_s: Any,
@@ -91,69 +114,83 @@ def update(
 
     Parameters
     ----------
-    continuing, after_start, after, logit, length_s : see ``chain.Chain``.
+    continuing, logit, length_s : see ``chain.Chain``. following : see ``Successors``, as a tuple.
     emission : (2, N) probabilities of the observation in s_i and c_i.
     passed_s : time since the previous observation.
     ended : (N,) clusters whose subunit has ended since, so that A_t is not c_i (5.4).
-    before, new : the beliefs before and after the observation, (start, entry, elapsed, n_entries) each.
+    before, new : the beliefs before and after the observation, as tuples.
     """
-    start, entry, elapsed, n_entries = before
-    new_start, new_entry, new_elapsed, new_n = new
-    n, n_rows = len(start), n_entries[0]
-    rows = min(n_rows + 1, len(entry))
-    new_start[:] = 0.0
-    total = 0.0
+    start, entry, elapsed, odds, n_entries = before
+    new_start, new_entry, new_elapsed, new_odds, new_n = new
+    base, n_more, cluster, more = following
+    n, room = entry.shape
+    everywhere, total = 0.0, 0.0
+    for j in range(n):
+        new_start[j] = 0.0
     for i in range(n):
         share = passed_s / length_s[i]
-        # entries move up by one row; those beyond the last row are combined with it
-        for row in range(rows):
-            new_entry[row, i] = 0.0
-            new_elapsed[row, i] = 0.0
-        begun = start[i] * continuing[i]
-        new_entry[0, i], new_elapsed[0, i] = begun, share
+        growth = np.exp(-logit[i, 1] * share)
+        kept = 1
+        new_entry[i, 0], new_elapsed[i, 0] = start[i] * continuing[i], share
+        new_odds[i, 0] = np.exp(-(logit[i, 0] + logit[i, 1] * share))
         leaving = 0.0
-        for row in range(n_rows):
-            weight = entry[row, i]
+        for k in range(n_entries[i]):
+            weight = entry[i, k]
             if weight < NEGLIGIBLE:
                 continue
-            reached = elapsed[row, i] + share
-            onward = continuation(logit[i], reached)
+            reached, against = elapsed[i, k] + share, odds[i, k] * growth
+            onward = 1.0 / (1.0 + against)
             leaving += weight * (1.0 - onward)
-            to = min(row + 1, len(entry) - 1)
-            stays = weight * onward
-            whole = new_entry[to, i] + stays
-            if whole > 0.0:
-                new_elapsed[to, i] += (reached - new_elapsed[to, i]) * stays / whole
-            new_entry[to, i] = whole
+            weight *= onward
+            if kept < room:
+                new_entry[i, kept], new_elapsed[i, kept], new_odds[i, kept] = weight, reached, against
+                kept += 1
+            elif new_entry[i, kept - 1] + weight > 0.0:
+                last = kept - 1
+                new_entry[i, last] += weight
+                new_elapsed[i, last] += (reached - new_elapsed[i, last]) * weight / new_entry[i, last]
+                new_odds[i, last] = np.exp(-(logit[i, 0] + logit[i, 1] * new_elapsed[i, last]))
+        new_n[i] = kept
         weight = 0.0 if ended[i] else emission[1, i]
-        for row in range(rows):
-            new_entry[row, i] *= weight
-            total += new_entry[row, i]
-        for j in range(n):
-            new_start[j] += start[i] * after_start[i, j] + leaving * after[i, j]
+        for k in range(kept):
+            new_entry[i, k] *= weight
+            total += new_entry[i, k]
+        everywhere += start[i] * base[i, 0] + leaving * base[i, 1]
+        for k in range(n_more[i]):
+            new_start[cluster[i, k]] += start[i] * more[i, k, 0] + leaving * more[i, k, 1]
     for j in range(n):
-        new_start[j] *= emission[0, j]
+        new_start[j] = (new_start[j] + everywhere) * emission[0, j]
         total += new_start[j]
     for i in range(n):
         new_start[i] /= total
-        for row in range(rows):
-            new_entry[row, i] /= total
-        if mode == PRINTED and new_entry[0, i] > 0.0:
-            new_elapsed[0, i] *= total / emission[1, i]
-    while rows > 0 and new_entry[rows - 1].max() < NEGLIGIBLE:
-        rows -= 1
-    new_n[0] = rows
+        for k in range(new_n[i]):
+            new_entry[i, k] /= total
+        if mode == PRINTED and new_entry[i, 0] > 0.0:
+            new_elapsed[i, 0] *= total / emission[1, i]
+            new_odds[i, 0] = np.exp(-(logit[i, 0] + logit[i, 1] * new_elapsed[i, 0]))
 
 
 @njit
-def probabilities(belief: Any, result: Any) -> None:
-    """Write alpha into ``result``, (2, N): of the start states and of the continuation states."""
-    start, entry, _, n_entries = belief
-    result[0] = start
-    result[1] = 0.0
-    for row in range(n_entries[0]):
-        for i in range(len(start)):
-            result[1, i] += entry[row, i]
+def carried(entry: Any, n_entries: Any, i: int) -> float:
+    """Return alpha(c_i)."""
+    total = 0.0
+    for k in range(n_entries[i]):
+        total += entry[i, k]
+    return total
+
+
+def probabilities(belief: Belief) -> Floats:
+    """Return alpha, (2, N): of the start states and of the continuation states."""
+    used = np.arange(belief.entry.shape[1]) < belief.n_entries[:, None]
+    return np.stack([belief.start, np.where(used, belief.entry, 0.0).sum(axis=1)])
+
+
+def expected_share(belief: Belief) -> Floats:
+    """Return the expectation of the elapsed share of each continuation state, (N,); 0 where it has no probability."""
+    used = np.arange(belief.entry.shape[1]) < belief.n_entries[:, None]
+    weight = np.where(used, belief.entry, 0.0)
+    total = weight.sum(axis=1)
+    return np.asarray((weight * belief.elapsed).sum(axis=1) / np.where(total > 0.0, total, 1.0), dtype=np.float64)
 
 
 @njit
@@ -198,19 +235,17 @@ def combine(belief: Any, shown: int, gamma: Any) -> None:
 
     If the forward probabilities are zero wherever the direct ones are not, the direct ones are normalised alone.
     """
-    start, entry, _, n_entries = belief
+    start, entry, _, _, n_entries = belief
     n = len(start)
-    carried = 0.0
-    for row in range(n_entries[0]):
-        carried += entry[row, shown]
-    total, alone = gamma[n] * carried, gamma[n]
+    going_on = carried(entry, n_entries, shown)
+    total, alone = gamma[n] * going_on, gamma[n]
     for j in range(n):
         total += gamma[j] * start[j]
         alone += gamma[j]
     if total > 0.0:
         for j in range(n):
             gamma[j] *= start[j] / total
-        gamma[n] *= carried / total
+        gamma[n] *= going_on / total
     else:
         for j in range(n + 1):
             gamma[j] /= alone

@@ -2,15 +2,17 @@
 
 Head, arms and legs are streams of their own, each with its own decisions. Their subunits are joined to one desired
 pose per frame, and the body that is shown follows it by velocity-preserving blending (5.5).
+
+The thesis does not say where the body is. A subunit of the legs starts at the place where the body is at that time,
+so that the body does not glide to where the subunit was recorded. To keep it from wandering off, it is never further
+from there than the actor mostly is from the middle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from cospeech.data.arrays import Floats
+from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.motion import skeleton
 from cospeech.motion.blending import Blender
@@ -21,7 +23,6 @@ from cospeech.synthesis.bodylanguage.observations import (
     N_OBSERVATIONS,
     PRIOR_SYLLABLES,
     Listener,
-    Observed,
     Statistics,
 )
 from cospeech.synthesis.bodylanguage.player_kernels import (
@@ -30,9 +31,8 @@ from cospeech.synthesis.bodylanguage.player_kernels import (
     Memory,
     Rules,
     Sections,
+    advance,
     begin,
-    next_pose,
-    observe,
 )
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.live import Heard, Stream
@@ -40,10 +40,16 @@ from cospeech.synthesis.live import Heard, Stream
 N_UNIFORMS = 1024
 """Number of random numbers that are drawn at once."""
 
+NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
+"""No observations."""
+
+ROAMING_SHARE = 0.95
+"""Share of the frames in which the actor is no further from the middle than the body may be moved."""
+
 MOST_OBSERVED = 16
 """Number of observations that are handled at once."""
 
-MOST_UNIFORMS = 2 * len(SECTIONS) * MOST_OBSERVED
+MOST_UNIFORMS = 2 * len(SECTIONS) * (MOST_OBSERVED + 1)
 """Number of random numbers that are needed at once."""
 
 
@@ -68,7 +74,8 @@ class Player:
         self._fps, self._frame_s = stream.motion_fps, stream.frame_s
         self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
-        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
+        roam_m = _roaming_m(library.poses.root_m)
+        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)), roam_m)
         initial, self.sections = _sections(model, library)
         self.beliefs = _beliefs(initial, mode)
         self._rng = random_source(seed, "bodylanguage", stream.record)
@@ -86,29 +93,39 @@ class Player:
         """Return the frames of motion up to the end of a prosody frame, (n, 3 + 4 J)."""
         time_s = (heard.frame + 1) * self._frame_s
         observed = self.listener.hear(time_s, heard.syllables)
-        for first in range(0, len(observed), MOST_OBSERVED):
-            self._observe(observed[first : first + MOST_OBSERVED], time_s)
-        return self.frames(int(time_s * self._fps + 0.5 + 1e-9))
-
-    def _observe(self, observed: Sequence[Observed], time_s: float) -> None:
-        self._refill()
         passed_s = np.zeros(len(observed))
-        passed_s[0], self._observed_s = time_s - self._observed_s, time_s
-        numbers = np.array([one.observation for one in observed])
-        observe(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, numbers, passed_s)
+        if observed:
+            passed_s[0], self._observed_s = time_s - self._observed_s, time_s
+        numbers = np.array([one.observation for one in observed], dtype=np.int64)
+        return self._frames(int(time_s * self._fps + 0.5 + 1e-9), numbers, passed_s)
 
     def frames(self, end: int) -> Floats:
         """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""
-        n = end - self.n_frames
-        if n <= 0:
+        return self._frames(end, *NOTHING)
+
+    def _frames(self, end: int, observations: Integers, passed_s: Floats) -> Floats:
+        """Return the frames of motion up to ``end``, after some observations."""
+        n = max(end - self.n_frames, 0)
+        if n == 0 and len(observations) == 0:
             return self._nothing
-        self.n_frames = end
+        while len(observations) > MOST_OBSERVED:
+            self._advance(observations[:MOST_OBSERVED], passed_s[:MOST_OBSERVED], False)
+            observations, passed_s = observations[MOST_OBSERVED:], passed_s[MOST_OBSERVED:]
+        self._advance(observations, passed_s, n > 0)
         made = np.empty((n, self._nothing.shape[1]))
-        for row in made:
-            self._refill()
-            next_pose(self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, self._desired)
-            row[:] = self._blender.step(*self._poses)
+        for place in range(n):
+            if place > 0:
+                self._advance(*NOTHING, True)
+            made[place] = self._blender.step(*self._poses)
+        self.n_frames += n
         return made
+
+    def _advance(self, observations: Integers, passed_s: Floats, wanted: bool) -> None:
+        self._refill()
+        advance(
+            self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, observations, passed_s, wanted,
+            self._desired,
+        )  # fmt: skip
 
     def _refill(self) -> None:
         if self.memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:
@@ -142,11 +159,22 @@ def _sections(model: Model, library: Library) -> tuple[Floats, Sections]:
     for s, chain in enumerate(chains):
         emissions[s, :N_OBSERVATIONS, :, : len(chain.initial)] = chain.emissions
         emissions[s, N_OBSERVATIONS, :, : len(chain.initial)] = 1.0
+    after_start, after = (_padded([getattr(chain, name) for chain in chains], n) for name in ("after_start", "after"))
+    sparse = [forward.successors(*matrices) for matrices in zip(after_start, after, strict=True)]
+    links = max(one.cluster.shape[1] for one in sparse)
+    successor = np.zeros((len(chains), n, links), dtype=np.int64)
+    more = np.zeros((len(chains), n, links, 2))
+    for s, one in enumerate(sparse):
+        successor[s, :, : one.cluster.shape[1]], more[s, :, : one.cluster.shape[1]] = one.cluster, one.more
     joints = np.array([[joint in skeleton.SECTIONS[name] for joint in library.body.joints] for name in SECTIONS])
     return _padded([chain.initial for chain in chains], n), Sections(
         _padded([chain.continuing for chain in chains], n),
-        _padded([chain.after_start for chain in chains], n),
-        _padded([chain.after for chain in chains], n),
+        after_start,
+        after,
+        np.stack([one.base for one in sparse]),
+        np.stack([one.n_more for one in sparse]),
+        successor,
+        more,
         np.stack([_padded(list(chain.logit.T), n).T for chain in chains]).copy(),
         _padded([chain.length_s for chain in chains], n, 1.0),
         emissions,
@@ -170,6 +198,12 @@ def _padded(arrays: list[Floats], n: int, value: float = 0.0) -> Floats:
     return padded
 
 
+def _roaming_m(root_m: Floats) -> float:
+    """Return how far the actor mostly is from the place in the middle, of root positions (F, 3)."""
+    ground = root_m[:, [0, 2]]
+    return float(np.quantile(np.linalg.norm(ground - np.median(ground, axis=0), axis=1), ROAMING_SHARE))
+
+
 def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory:
     n_sections = len(SECTIONS)
     return Memory(
@@ -178,6 +212,7 @@ def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory
         started=np.zeros(n_sections, dtype=bool),
         ended=np.zeros((n_sections, n_clusters), dtype=bool),
         probability=np.zeros(n_sections),
+        moved_m=np.zeros(2),
         now=np.zeros(1, dtype=np.int64),
         observation=np.full(1, NONE, dtype=np.int64),
         passed_s=np.zeros(1),
@@ -191,4 +226,4 @@ def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory
 def _beliefs(initial: Floats, mode: int) -> Beliefs:
     """Return the beliefs before the first observation, in both halves."""
     first = [[forward.first(row, mode) for row in initial] for _ in range(2)]
-    return Beliefs(*(np.array([[one[part] for one in half] for half in first]) for part in range(4)))
+    return Beliefs(*(np.array([[one[part] for one in half] for half in first]) for part in range(5)))

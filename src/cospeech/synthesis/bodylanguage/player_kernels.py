@@ -24,12 +24,14 @@ class Rules(NamedTuple):
     at_syllables : whether an observation can interrupt a subunit; otherwise, all run to completion.
     mode : how the elapsed share is treated, see ``forward``.
     tolerance : difference between the least pose distance and that of a subunit that may be selected, in radians.
+    roam_m : how far the body may be from the place at which a subunit was recorded.
     """
 
     by_model: bool
     at_syllables: bool
     mode: int
     tolerance: float
+    roam_m: float
 
 
 class Sections(NamedTuple):
@@ -40,6 +42,7 @@ class Sections(NamedTuple):
     Attributes
     ----------
     continuing (S, N), after_start, after (S, N, N), logit (S, N, 2), length_s (S, N) : see ``chain.Chain``.
+    base (S, N, 2), n_more (S, N), successor (S, N, L), more (S, N, L, 2) : see ``forward.Successors``.
     emissions : (S, 37, 2, N) with 1 for the observation ``NONE``.
     members : (M,) subunits sorted by section and cluster. first : (S, N + 1) where the members of each cluster begin.
     cluster : (M,) cluster of each subunit. begin : (M,) its first frame in the library. n_frames : (M,) its length.
@@ -50,6 +53,10 @@ class Sections(NamedTuple):
     continuing: Floats
     after_start: Floats
     after: Floats
+    base: Floats
+    n_more: Integers
+    successor: Integers
+    more: Floats
     logit: Floats
     length_s: Floats
     emissions: Floats
@@ -73,6 +80,7 @@ class Beliefs(NamedTuple):
     start: Floats
     entry: Floats
     elapsed: Floats
+    odds: Floats
     n_entries: Integers
 
 
@@ -84,6 +92,7 @@ class Memory(NamedTuple):
     segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) whether no
         observation has continued it yet. ended : (S, N) clusters whose subunits ended after the last observation.
     probability : (S,) probability of the last decision.
+    moved_m : (2,) how far the root is to the left and in front of the place at which its subunit was recorded.
     now : (1,) see ``Beliefs``. observation : (1,) the last one. passed_s : (1,) time between it and the one before.
     uniforms : (U,) random numbers. used : (1,) number of those that are used.
     gamma, distances : (N + 1,) and (M,) working memory.
@@ -94,6 +103,7 @@ class Memory(NamedTuple):
     started: Flags
     ended: Flags
     probability: Floats
+    moved_m: Floats
     now: Integers
     observation: Integers
     passed_s: Floats
@@ -161,8 +171,8 @@ def _similar(members: Any, sections: Any, memory: Any, s: int, pose: Any, tolera
 
 @njit
 def _half(beliefs: Any, half: int, s: int) -> Any:
-    start, entry, elapsed, n_entries = beliefs
-    return start[half, s], entry[half, s], elapsed[half, s], n_entries[half, s]
+    start, entry, elapsed, odds, n_entries = beliefs
+    return start[half, s], entry[half, s], elapsed[half, s], odds[half, s], n_entries[half, s]
 
 
 @njit
@@ -170,28 +180,38 @@ def _update(sections: Any, beliefs: Any, memory: Any, s: int, mode: int) -> None
     """Write the belief after the last observation of one section."""
     now = memory.now[0]
     forward.update(
-        sections.continuing[s], sections.after_start[s], sections.after[s],
+        sections.continuing[s],
+        (sections.base[s], sections.n_more[s], sections.successor[s], sections.more[s]),
         sections.emissions[s, memory.observation[0]], sections.logit[s], sections.length_s[s], memory.passed_s[0],
         memory.ended[s], mode, _half(beliefs, 1 - now, s), _half(beliefs, now, s),
     )  # fmt: skip
 
 
 @njit
-def _select(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: Any, over: bool) -> None:
-    """Continue the shown subunit, or start another one; ``over``: it cannot continue."""
+def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: Any) -> None:
+    """Update the belief of one section; continue the shown subunit, or start another one.
+
+    A subunit that is over cannot continue, which is evidence for the belief, too (5.4).
+    """
     gamma, segment = memory.gamma, memory.segment[s]
-    n = len(gamma) - 1
+    n, cluster = len(gamma) - 1, sections.cluster[segment]
+    over = memory.frame[s] >= sections.n_frames[segment]
+    if over:
+        memory.ended[s, cluster] = True
+    if rules.by_model:
+        _update(sections, beliefs, memory, s, rules.mode)
     forward.direct(
         sections.continuing[s], sections.after_start[s], sections.after[s],
-        sections.emissions[s, memory.observation[0]], sections.logit[s], sections.cluster[segment],
-        memory.started[s], memory.frame[s] / sections.n_frames[segment], over, gamma,
+        sections.emissions[s, memory.observation[0]], sections.logit[s], cluster, memory.started[s],
+        memory.frame[s] / sections.n_frames[segment], over, gamma,
     )  # fmt: skip
     if rules.by_model:
-        forward.combine(_half(beliefs, memory.now[0], s), sections.cluster[segment], gamma)
-    else:
-        members = sections.members[sections.first[s, 0] : sections.first[s, n]]
-        gamma[n] = gamma[n] / gamma.sum()
-        gamma[1:n] = 0.0
+        forward.combine(_half(beliefs, memory.now[0], s), cluster, gamma)
+    else:  # all other subunits together are the first alternative
+        total = 0.0
+        for k in range(n + 1):
+            total += gamma[k]
+            gamma[k] = 0.0 if k < n else gamma[n] / total
         gamma[0] = 1.0 - gamma[n]
     chosen = forward.draw(gamma, _uniform(memory))
     memory.probability[s] = gamma[chosen]
@@ -202,9 +222,21 @@ def _select(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
         members = sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]]
         memory.segment[s] = _similar(members, sections, memory, s, pose, rules.tolerance)
     else:
-        memory.segment[s] = _any_of(members, memory)
+        memory.segment[s] = _any_of(sections.members[sections.first[s, 0] : sections.first[s, n]], memory)
     memory.frame[s] = 0
     memory.started[s] = True
+    if s == len(memory.segment) - 1:
+        _place(sections, memory, pose, rules.roam_m)
+
+
+@njit
+def _place(sections: Any, memory: Any, pose: Any, roam_m: float) -> None:
+    """Let the subunit of the last section start where the body is, unless that is too far from where it was."""
+    earlier = sections.root_m[sections.before[sections.begin[memory.segment[-1]]]]
+    left, front = pose[0] - earlier[0], pose[2] - earlier[2]
+    distance = np.sqrt(left * left + front * front)
+    share = roam_m / distance if distance > roam_m else 1.0
+    memory.moved_m[0], memory.moved_m[1] = share * left, share * front
 
 
 @njit
@@ -221,47 +253,47 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 
 
 @njit
-def observe(
-    sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, passed_s: Any
+def advance(
+    sections: Any,
+    rules: Any,
+    beliefs: Any,
+    memory: Any,
+    pose: Any,
+    observations: Any,
+    passed_s: Any,
+    wanted: bool,
+    desired: Any,
 ) -> None:
-    """Make the decisions of observations (5.2 and 5.3); the shown subunits may be interrupted.
+    """Make the decisions of observations (5.2 and 5.3), and find the next desired pose.
+
+    The shown subunits may be interrupted by an observation. A subunit that is over between two observations was not
+    expected to be: then, the last observation is examined again (5.4).
 
     Parameters
     ----------
     pose : (3 + 4 J,) the frame shown last.
     observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
+    wanted : whether there is a next frame.
+    desired : (2, 3 + 4 J) for the pose and the one before it in its recordings.
     """
     for k in range(len(observations)):
         memory.now[0] = 1 - memory.now[0]
         memory.observation[0] = observations[k]
         memory.passed_s[0] = passed_s[k]
-        memory.ended[:] = False
         for s in range(len(memory.segment)):
-            if rules.by_model:
-                _update(sections, beliefs, memory, s, rules.mode)
+            for i in range(memory.ended.shape[1]):
+                memory.ended[s, i] = False
             if rules.at_syllables:
-                _select(sections, rules, beliefs, memory, s, pose, False)
+                _decide(sections, rules, beliefs, memory, s, pose)
             else:
                 memory.started[s] = False
-
-
-@njit
-def next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, desired: Any) -> None:
-    """Write the next desired pose, and the pose before it in its recordings.
-
-    A subunit that is over between two observations was not expected to be. The last observation is examined again,
-    with the evidence that the subunit does not continue (5.4).
-
-    Parameters
-    ----------
-    desired : (2, 3 + 4 J) for the two poses.
-    """
+                if rules.by_model:
+                    _update(sections, beliefs, memory, s, rules.mode)
+    if not wanted:
+        return
     for s in range(len(memory.segment)):
         if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
-            memory.ended[s, sections.cluster[memory.segment[s]]] = True
-            if rules.by_model:
-                _update(sections, beliefs, memory, s, rules.mode)
-            _select(sections, rules, beliefs, memory, s, pose, True)
+            _decide(sections, rules, beliefs, memory, s, pose)
         frame = sections.begin[memory.segment[s]] + memory.frame[s]
         memory.frame[s] += 1
         for row in range(2):
@@ -272,4 +304,6 @@ def next_pose(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, d
                     for axis in range(4):
                         desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
             if s == len(memory.segment) - 1:
-                desired[row, :3] = sections.root_m[frame]
+                desired[row, 0] = sections.root_m[frame, 0] + memory.moved_m[0]
+                desired[row, 1] = sections.root_m[frame, 1]
+                desired[row, 2] = sections.root_m[frame, 2] + memory.moved_m[1]

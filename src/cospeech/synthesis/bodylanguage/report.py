@@ -53,23 +53,21 @@ def beliefs(chain: Chain, observed: Sequence[Observed], mode: int) -> list[forwa
     n = len(chain.initial)
     last, time_s, found = forward.first(chain.initial, mode), 0.0, []
     nothing_ended = np.zeros(n, dtype=bool)
+    following = forward.successors(chain.after_start, chain.after)
     for one in observed:
         new = forward.empty(n, mode)
         forward.update(
-            chain.continuing, chain.after_start, chain.after, chain.emissions[one.observation], chain.logit,
-            chain.length_s, one.known_s - time_s, nothing_ended, mode, last, new,
+            chain.continuing, following, chain.emissions[one.observation], chain.logit, chain.length_s,
+            one.known_s - time_s, nothing_ended, mode, last, new,
         )  # fmt: skip
         found.append(new)
         last, time_s = new, one.known_s
     return found
 
 
-def alphas(found: Sequence[forward.Belief]) -> Floats:
+def alphas(found: Sequence[forward.Belief], n_clusters: int) -> Floats:
     """Return the probabilities (T, 2, N) of start and continuation states."""
-    result = np.empty((len(found), 2, len(found[0].start) if found else 0))
-    for belief, row in zip(found, result, strict=True):
-        forward.probabilities(belief, row)
-    return result
+    return np.array([forward.probabilities(belief) for belief in found]).reshape(len(found), 2, n_clusters)
 
 
 def selections(chain: Chain, observed: Sequence[Observed]) -> pd.DataFrame:
@@ -80,7 +78,7 @@ def selections(chain: Chain, observed: Sequence[Observed]) -> pd.DataFrame:
     """
     n = len(chain.initial)
     carried = beliefs(chain, observed, forward.EXACT)
-    alpha = alphas(carried)
+    alpha = alphas(carried, n)
     chosen = {name: _selected(chain, observed, carried, name == "product") for name in ("direct", "product")}
     step, started, cluster = (axis.ravel() for axis in np.indices(alpha.shape))
     state = started * n + cluster
@@ -137,13 +135,13 @@ def elapsed_errors(chains: Mapping[str, Chain], observed: Sequence[Observed]) ->
     """
     rows = []
     for section, chain in chains.items():
+        n = len(chain.initial)
         exact = beliefs(chain, observed, forward.EXACT)
-        true = alphas(exact)
-        share = np.array([_expected(belief) for belief in exact]).reshape(true.shape[0], true.shape[2])
+        true, share = alphas(exact, n), np.array([forward.expected_share(belief) for belief in exact]).reshape(-1, n)
         for mode in (forward.EXPECTED, forward.PRINTED):
             found = beliefs(chain, observed, mode)
-            variation = 0.5 * np.abs(alphas(found) - true).sum(axis=(1, 2))
-            off = np.abs(np.array([belief.elapsed[0] for belief in found]).reshape(share.shape) - share)
+            variation = 0.5 * np.abs(alphas(found, n) - true).sum(axis=(1, 2))
+            off = np.abs(np.array([belief.elapsed[:, 0] for belief in found]).reshape(-1, n) - share)
             weight = true[:, 1].sum()
             rows.append(
                 {
@@ -156,14 +154,6 @@ def elapsed_errors(chains: Mapping[str, Chain], observed: Sequence[Observed]) ->
                 }
             )
     return pd.DataFrame(rows)
-
-
-def _expected(belief: forward.Belief) -> Floats:
-    """Return the expected elapsed share of each continuation state, (N,)."""
-    rows = slice(belief.n_entries[0])
-    weight = belief.entry[rows].sum(axis=0)
-    moment = (belief.entry[rows] * belief.elapsed[rows]).sum(axis=0)
-    return moment / np.where(weight > 0.0, weight, 1.0)
 
 
 def decisions(trained: Model, player: Player, speech: Speech) -> pd.DataFrame:
