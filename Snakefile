@@ -57,7 +57,7 @@ except UserError as error:
     raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
-    for failure in [*CHOSEN.failures, *CHOSEN.left_out]:
+    for failure in [*CHOSEN.failures, *(CHOSEN.left_out if RECORDS else [])]:
         progress.write_line(f"cospeech: {failure.message}")
 
 # The takes that come as films, one of each camera of the rig.

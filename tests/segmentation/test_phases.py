@@ -104,7 +104,7 @@ def test_times_are_those_of_the_frames(first, second, fps):
     extents = phases.parameters(
         np.zeros((first + second, 2, 3)), *spans[["start_frame", "end_frame"]].to_numpy().T, fps
     )
-    np.testing.assert_allclose(extents[:, 0], np.log(spans["end_s"] - spans["start_s"]))
+    np.testing.assert_allclose(extents[:, 0], np.log(spans["end_s"] - spans["start_s"]), atol=1e-12)
 
 
 def test_planted_strokes_are_found():

@@ -435,6 +435,16 @@ def test_what_makes_motion_need_not_be_named_to_be_shown():
     configuration.check_systems(config, SYSTEMS)
 
 
+def test_what_is_switched_off_or_left_out_is_not_shown():
+    config = changed(animation__systems=["listens", "draws"], animation__video__shown=["moves", "listens"])
+    config["synthesis"]["systems"] = {"listens": {}, "draws": {}, "moves": False}
+    remaining = {name: system for name, system in SYSTEMS.items() if name != "moves"}
+    configuration.check_systems(config, remaining)
+    del config["synthesis"]["systems"]["moves"]
+    with pytest.raises(UserError, match="'moves' is not in animation"):
+        configuration.check_systems(config, remaining)
+
+
 def test_what_could_not_be_loaded_can_be_named_and_is_not_missed():
     config = changed(animation__systems=["listens", "draws", "lost"], animation__video__shown=["lost", "moves"])
     configuration.check_systems(config, SYSTEMS, {"lost"})

@@ -125,8 +125,8 @@ def check_systems(config: Config, systems: Mapping[str, Any], failed: Collection
         if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
     for name in [shown] if isinstance(shown, str) else shown:
-        if name in failed:
-            continue
+        if name in failed or (name in config["synthesis"]["systems"] and name not in systems):
+            continue  # it cannot run, or is switched off: the videos show the others
         if name not in systems or not (name in animation["systems"] or systems[name].makes == "motion"):
             raise UserError(f"config: animation.video.shown: '{name}' is not in animation.systems")
     if not any(systems[name].role == "control" for name in animation["systems"] if name in systems):
