@@ -410,7 +410,7 @@ SYSTEMS = {
 @pytest.mark.parametrize(
     ("animated", "shown", "systems", "complaint"),
     [
-        (["listens", "draws"], "clock", SYSTEMS, "animation.video.shown: 'clock' is not in animation"),
+        (["draws"], "listens", SYSTEMS, "animation.video.shown: 'listens' is not in animation"),
         (["listens", "drws"], "listens", SYSTEMS, "animation.systems: 'drws' is not among the systems"),
         (["listens"], "listens", SYSTEMS, "animation.systems must contain a control"),
         (["draws"], "draws", {"draws": SYSTEMS["draws"]}, "chooses no system that listens to speech"),
