@@ -71,7 +71,7 @@ def lag_s(pairs):
 def test_the_planted_lag_is_found_in_the_motion(vigour):
     times_s = segments.frame_times(12_000, FPS)
     for actor, takes in vigour.items():
-        planted_s = player("vigour", actor).temper.lag_s
+        planted_s = player("vigour", actor).arousal_model.lag_s
         speeds = [np.log(hand_speed(moved) + 0.02) for _, moved in takes]
         states = [arousal.effect(planted.spoken, (-1.0, 0.0, 1.0), times_s) for planted, _ in takes]
         assert lag_s(zip(speeds, states, strict=True)) == pytest.approx(planted_s, abs=STEP_S)
@@ -85,7 +85,7 @@ def test_speech_tells_how_fast_the_hands_are_at_coupling_1_and_nothing_at_coupli
 
     def correlations(coupling, shifts_s):
         planted, moved = take("vigour", "long", 1200.0, coupling)
-        speed, ahead_s = hand_speed(moved), player("vigour").temper.lag_s
+        speed, ahead_s = hand_speed(moved), player("vigour").arousal_model.lag_s
         shifted = [(times_s + ahead_s + shift_s) % 1200.0 for shift_s in shifts_s]
         return [np.corrcoef(speed, arousal.effect(planted.spoken, (0.0, 1.0, 2.0), at_s))[0, 1] for at_s in shifted]
 

@@ -91,7 +91,7 @@ def test_what_is_planted_of_actors_matches_its_schemas(world):
 
 
 def test_arousal_spends_the_planted_share_of_time_in_each_state():
-    own = arousal.temper("ada", SEED, FRAME_S)
+    own = arousal.model("ada", SEED, FRAME_S)
     counts = np.array(
         [np.bincount(arousal.process(own, 4800, FRAME_S, random_source(k, "x")), minlength=3) for k in range(400)]
     )
@@ -102,7 +102,7 @@ def test_arousal_spends_the_planted_share_of_time_in_each_state():
 
 
 def test_lags_are_whole_frames_in_their_range_and_differ_between_actors():
-    lags = [arousal.temper(actor, SEED, FRAME_S).lag_s for actor in "abcdefghijkl"]
+    lags = [arousal.model(actor, SEED, FRAME_S).lag_s for actor in "abcdefghijkl"]
     assert min(lags) >= 0.2 - 1e-9
     assert max(lags) <= 0.3 + 1e-9
     assert len(set(lags)) > 2
@@ -110,14 +110,14 @@ def test_lags_are_whole_frames_in_their_range_and_differ_between_actors():
 
 
 def test_hands_show_the_arousal_of_speech_earlier_by_the_lag(hours):
-    lag = round(arousal.temper("ada", SEED, FRAME_S).lag_s / FRAME_S)
+    lag = round(arousal.model("ada", SEED, FRAME_S).lag_s / FRAME_S)
     full = hours["vigour", 1.0]
     np.testing.assert_array_equal(states(full.shown)[:-lag], states(full.spoken)[lag:])
 
 
 @pytest.mark.parametrize("coupling", [0.0, 0.5])
 def test_states_agree_as_often_as_the_coupling_says(coupling):
-    own = arousal.temper("ada", SEED, FRAME_S)
+    own = arousal.model("ada", SEED, FRAME_S)
     lag = round(own.lag_s / FRAME_S)
     agreement = []
     for k in range(80):
@@ -200,37 +200,37 @@ def test_strokes_start_at_peaks_and_end_at_or_before_peaks(hours, world):
         assert (end - stroke_end)[:-1].max() > 0.3  # a stroke that is not interrupted is followed by a hold
 
 
-def decisions(law, table, peaks_s):
+def decisions(stream, table, peaks_s):
     """Yield the kind, the elapsed share and whether the subunit goes on, at each peak where that is decided."""
     starts, kinds = table["start_s"].to_numpy(), table["subunit"].tolist()
     row = np.searchsorted(starts, peaks_s[1:], side="left") - 1
     for time_s, current in zip(peaks_s[1:], row, strict=True):
-        kind = law.kinds.index(kinds[current])
+        kind = stream.kinds.index(kinds[current])
         ends = current + 1 < len(starts) and starts[current + 1] == time_s
-        yield kind, (time_s - starts[current]) / law.nominal_s[kind], not ends
+        yield kind, (time_s - starts[current]) / stream.nominal_s[kind], not ends
 
 
 @pytest.mark.parametrize("section", ["head", "arms", "legs"])
 def test_subunits_go_on_with_the_planted_probability(hours, section):
-    law = subunits.laws("ada", "syllables", SEED)[section]
+    stream = subunits.streams("ada", "syllables", SEED)[section]
     heard, moved = heard_and_moved(hours["syllables", 0.5])
-    found = np.array(list(decisions(law, moved[section], heard["peak_s"].to_numpy())))
+    found = np.array(list(decisions(stream, moved[section], heard["peak_s"].to_numpy())))
     kinds, elapsed, goes_on = found[:, 0].astype(int), found[:, 1], found[:, 2]
-    for kind in range(len(law.kinds)):
+    for kind in range(len(stream.kinds)):
         for low, high in itertools.pairwise((0.0, 0.4, 0.6, 0.8, 1.0, 1.3)):
             here = (kinds == kind) & (elapsed >= low) & (elapsed < high)
-            f = np.array([law.goes_on(kind, share) for share in elapsed[here]])
+            f = np.array([stream.goes_on(kind, share) for share in elapsed[here]])
             spread = np.sqrt((f * (1.0 - f)).sum())
             assert abs(goes_on[here].sum() - f.sum()) < FAR * spread + 1.0
 
 
 @pytest.mark.parametrize("section", ["head", "arms", "legs"])
 def test_the_next_subunit_depends_on_the_current_one_and_on_the_syllable_as_planted(hours, section):
-    law = subunits.laws("ada", "syllables", SEED)[section]
+    stream = subunits.streams("ada", "syllables", SEED)[section]
     table = heard_and_moved(hours["syllables", 0.5])[1][section]
-    following, n = law.following(), len(law.kinds)
+    following, n = stream.following(), len(stream.kinds)
     np.testing.assert_allclose(following.sum(axis=-1), 1.0)
-    codes = np.array([law.kinds.index(kind) for kind in table["subunit"]])
+    codes = np.array([stream.kinds.index(kind) for kind in table["subunit"]])
     levels = [[syllables.FEATURES[name].index(level) for level in table[name][1:]] for name in syllables.FEATURES]
     chance = following[(*levels, codes[:-1])]  # (L, K): the probability of each next kind at each change
     counts, expected, variance = (np.zeros((4, 3, n)) for _ in range(3))
@@ -250,12 +250,12 @@ def test_the_next_subunit_depends_on_the_current_one_and_on_the_syllable_as_plan
 
 def test_the_conditional_probabilities_are_those_of_the_formula():
     """A brute-force check of T_ij times the weights of three features, normalised."""
-    law = subunits.laws("deniz", "all", 3)["arms"]
-    following = law.following()
-    for a, b, c, i in itertools.product(range(3), range(3), range(3), range(len(law.kinds))):
+    stream = subunits.streams("deniz", "all", 3)["arms"]
+    following = stream.following()
+    for a, b, c, i in itertools.product(range(3), range(3), range(3), range(len(stream.kinds))):
         products = [
-            law.transitions[i, j] * law.weights[0, j, a] * law.weights[1, j, b] * law.weights[2, j, c]
-            for j in range(len(law.kinds))
+            stream.transitions[i, j] * stream.weights[0, j, a] * stream.weights[1, j, b] * stream.weights[2, j, c]
+            for j in range(len(stream.kinds))
         ]
         np.testing.assert_allclose(following[a, b, c, i], np.array(products) / sum(products))
 

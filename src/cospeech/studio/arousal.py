@@ -50,7 +50,7 @@ EASE_S = 0.3
 
 
 @dataclass(frozen=True)
-class Temper:
+class ArousalModel:
     """The planted arousal of one actor.
 
     Attributes
@@ -74,15 +74,15 @@ class Temper:
         return visits * self.mean_s / (visits @ self.mean_s)
 
 
-def temper(actor: str, seed: int, frame_s: float) -> Temper:
+def model(actor: str, seed: int, frame_s: float) -> ArousalModel:
     """Return the arousal of ``actor``, sampled from the seed and the actor's name; the lag is in whole frames."""
     rng = random_source(seed, "arousal", actor)
     first, last = (round(limit / frame_s) for limit in LAG_S)
     rows = np.array([[0.0, 0.7, 0.3], [0.5, 0.0, 0.5], [0.3, 0.7, 0.0]])
-    return Temper(actor, rng.uniform(*MEAN_S, len(STATES)), frame_s * int(rng.integers(first, last + 1)), rows)
+    return ArousalModel(actor, rng.uniform(*MEAN_S, len(STATES)), frame_s * int(rng.integers(first, last + 1)), rows)
 
 
-def process(own: Temper, n_frames: int, frame_s: float, rng: np.random.Generator) -> Integers:
+def process(own: ArousalModel, n_frames: int, frame_s: float, rng: np.random.Generator) -> Integers:
     """Return the state of arousal in each of ``n_frames`` prosody frames, (n_frames,), of the stationary process."""
     settling = round(SETTLING_S / frame_s)
     rows = np.cumsum(own.next_state, axis=1)
@@ -97,7 +97,7 @@ def process(own: Temper, n_frames: int, frame_s: float, rng: np.random.Generator
 
 
 def write(
-    own: Temper, record: str, n_frames: int, coupling: float, frame_s: float, seed: int
+    own: ArousalModel, record: str, n_frames: int, coupling: float, frame_s: float, seed: int
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the arousal of one record in its speech and in the hands, as segment tables on prosody frames.
 
@@ -139,7 +139,7 @@ def eased(table: pd.DataFrame | None, by_state: tuple[float, ...], times_s: Floa
     return np.asarray(weights @ np.array(moved) / weights.sum())
 
 
-def states_table(cast: list[Temper], coupling: float) -> pd.DataFrame:
+def states_table(cast: list[ArousalModel], coupling: float) -> pd.DataFrame:
     """Return the planted states and their effects for all actors (schema ``arousal_states``)."""
     effects = {
         "loudness_db": LOUDNESS_DB,

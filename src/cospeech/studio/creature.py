@@ -73,7 +73,7 @@ def perform(record: str, duration_s: float, fps: float, seed: int) -> Clip:
     """
     rng = random_source(seed, "creature", record)
     times_s = frame_times(round(duration_s * fps), fps)
-    own = arousal.temper("creature", seed, FRAME_S)
+    own = arousal.model("creature", seed, FRAME_S)
     shown = arousal.write(own, record, int(duration_s / FRAME_S) + 1, 0.0, FRAME_S, seed)[1]
     pace, size = (arousal.effect(shown, effect, times_s) for effect in (arousal.PACE, arousal.SIZE))
     names, parents, offsets, tips = skeleton()

@@ -45,13 +45,13 @@ class Player:
     Attributes
     ----------
     member : the semi-Markov process of gesture phrases.
-    temper : the arousal, None if the world contains none.
-    laws : the streams of subunits by section, None if the world contains none.
+    arousal_model : the arousal, None if the world contains none.
+    streams : the streams of subunits by section, None if the world contains none.
     """
 
     member: cast.Member
-    temper: arousal.Temper | None
-    laws: dict[str, subunits.Law] | None
+    arousal_model: arousal.ArousalModel | None
+    streams: dict[str, subunits.Stream] | None
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: fl
     couplings = worlds.couplings(world, 1.0, {})
     return Player(
         cast.member(actor, seed, frame_s, max_duration_s),
-        None if couplings.vigour is None else arousal.temper(actor, seed, frame_s),
-        None if couplings.syllables is None else subunits.laws(actor, world, seed),
+        None if couplings.vigour is None else arousal.model(actor, seed, frame_s),
+        None if couplings.syllables is None else subunits.streams(actor, world, seed),
     )
 
 
@@ -102,20 +102,20 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
     frame_s : spacing of prosody frames.
     """
     gestures, prosody = script.write(own.member, record, duration_s, couplings.phrases or 0.0, frame_s, seed)
-    if own.temper is None and own.laws is None:
+    if own.arousal_model is None and own.streams is None:
         return Scene(gestures, prosody)
     n_frames = int(prosody["end_frame"].iloc[-1])
     spoken, shown = None, None
-    if own.temper is not None:
-        spoken, shown = arousal.write(own.temper, record, n_frames, couplings.vigour or 0.0, frame_s, seed)
+    if own.arousal_model is not None:
+        spoken, shown = arousal.write(own.arousal_model, record, n_frames, couplings.vigour or 0.0, frame_s, seed)
     spoken_syllables = syllables.sample(prosody, spoken, random_source(seed, "syllables", record))
     table = _planted(record, "own", spoken_syllables)
-    if own.laws is None:
+    if own.streams is None:
         return Scene(gestures, prosody, table.assign(followed=False), spoken, shown)
     table = _followed(own, table, record, duration_s, couplings.syllables or 0.0, frame_s, seed)
-    moved = subunits.write(own.laws, record, syllables.heard(table), duration_s, seed)
+    moved = subunits.write(own.streams, record, syllables.heard(table), duration_s, seed)
     arms = moved[moved["section"] == "arms"]
-    if own.laws["arms"].kinds == GESTURES:
+    if own.streams["arms"].kinds == GESTURES:
         gestures = subunits.phrases(record, arms, n_frames, frame_s)
     return Scene(gestures, prosody, table, spoken, shown, moved)
 
@@ -123,10 +123,10 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
 def truth(players: dict[str, Player], couplings: Couplings) -> dict[str, pd.DataFrame]:
     """Return what is planted of the actors besides their gestures, as tables by the name of their schema."""
     tables: dict[str, pd.DataFrame] = {}
-    tempers = [own.temper for own in players.values() if own.temper is not None]
-    if tempers:
-        tables["arousal_states"] = arousal.states_table(tempers, couplings.vigour or 0.0)
-    streams = {actor: own.laws for actor, own in players.items() if own.laws is not None}
+    models = [own.arousal_model for own in players.values() if own.arousal_model is not None]
+    if models:
+        tables["arousal_states"] = arousal.states_table(models, couplings.vigour or 0.0)
+    streams = {actor: own.streams for actor, own in players.items() if own.streams is not None}
     return tables | (subunits.tables(streams) if streams else {})
 
 
@@ -153,9 +153,9 @@ def _followed(
     """Return the syllables of a record and those of independent speech, and which of them the body follows."""
     elsewhere = f"{record} elsewhere"
     prosody = script.write(own.member, elsewhere, duration_s, 0.0, frame_s, seed)[1]
-    spoken = None
-    if own.temper is not None:
-        spoken = arousal.write(own.temper, elsewhere, int(prosody["end_frame"].iloc[-1]), 0.0, frame_s, seed)[0]
+    spoken, n_frames = None, int(prosody["end_frame"].iloc[-1])
+    if own.arousal_model is not None:
+        spoken, _ = arousal.write(own.arousal_model, elsewhere, n_frames, 0.0, frame_s, seed)
     drawn = syllables.sample(prosody, spoken, random_source(seed, "syllables", elsewhere))
     spans = worlds.listening(duration_s, coupling, random_source(seed, "listens to syllables", record))
     other = _planted(record, "other", drawn)
@@ -172,7 +172,7 @@ def gesture_model(own: Player, max_duration_s: float, frame_s: float, seed: int)
 
     Where subunits form the phrases, they are not such a process; it is then counted in a long sample.
     """
-    if own.laws is None or own.laws["arms"].kinds != GESTURES:
+    if own.streams is None or own.streams["arms"].kinds != GESTURES:
         return own.member
     name = f"{own.member.actor} counted"
     scene = write(own, name, COUNTED_S, Couplings(None, None, 0.0), frame_s, seed)

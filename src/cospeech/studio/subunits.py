@@ -51,7 +51,7 @@ LEAD_S = 0.04
 
 
 @dataclass(frozen=True)
-class Law:
+class Stream:
     """The planted stream of one section of an actor's body, with K kinds of subunits.
 
     Attributes
@@ -86,7 +86,7 @@ class Law:
         return np.asarray(joint / joint.sum(axis=-1, keepdims=True))
 
 
-def laws(actor: str, world: str, seed: int) -> dict[str, Law]:
+def streams(actor: str, world: str, seed: int) -> dict[str, Stream]:
     """Return the streams of ``actor`` by section, sampled from the seed and the actor's name."""
     names = KINDS | ({"arms": BEATS} if world == "all" else {})
     return {
@@ -95,7 +95,7 @@ def laws(actor: str, world: str, seed: int) -> dict[str, Law]:
     }
 
 
-def _law(section: str, kinds: tuple[str, ...], rng: np.random.Generator) -> Law:
+def _law(section: str, kinds: tuple[str, ...], rng: np.random.Generator) -> Stream:
     n = len(kinds)
     transitions = rng.dirichlet(np.full(n, 6.0), n)
     np.fill_diagonal(transitions, 0.0)
@@ -107,7 +107,7 @@ def _law(section: str, kinds: tuple[str, ...], rng: np.random.Generator) -> Law:
     weights = np.full((len(FEATURES), n, 3), OTHERWISE)
     for feature in range(len(FEATURES)):
         weights[feature, np.arange(n), orders[feature][preferred[feature]]] = PREFERRED
-    return Law(
+    return Stream(
         kinds=kinds,
         nominal_s=rng.uniform(*NOMINAL_S[section], n),
         slope=rng.uniform(*SLOPE, n),
@@ -118,7 +118,7 @@ def _law(section: str, kinds: tuple[str, ...], rng: np.random.Generator) -> Law:
     )
 
 
-def follow(law: Law, heard: pd.DataFrame, duration_s: float, rng: np.random.Generator) -> pd.DataFrame:
+def follow(stream: Stream, heard: pd.DataFrame, duration_s: float, rng: np.random.Generator) -> pd.DataFrame:
     """Return the random subunits of one section that follow the syllables of a record.
 
     Parameters
@@ -131,21 +131,21 @@ def follow(law: Law, heard: pd.DataFrame, duration_s: float, rng: np.random.Gene
     A table with the columns start_s, stroke_end_s, end_s, subunit and nominal_s, and the levels of the syllable that
     each subunit depends on, which are null in the first one.
     """
-    likely = np.cumsum(law.following(), axis=-1)
+    likely = np.cumsum(stream.following(), axis=-1)
     levels = np.array([[FEATURES[name].index(level) for level in heard[name]] for name in FEATURES], dtype=int).T
     peaks_s = heard["peak_s"].tolist()
     rows: list[dict[str, Any]] = []
-    kind, start, cause = law.first, 0.0, -1
+    kind, start, cause = stream.first, 0.0, -1
     for known, now in enumerate(peaks_s[1:]):
-        elapsed = (now - start) / law.nominal_s[kind]
-        if rng.random() < law.goes_on(kind, elapsed):
+        elapsed = (now - start) / stream.nominal_s[kind]
+        if rng.random() < stream.goes_on(kind, elapsed):
             continue
         end = now - rng.uniform(0.0, LEAD_S)
-        rows.append(_row(law, kind, start, min(start + law.nominal_s[kind], end), now, cause))
+        rows.append(_row(stream, kind, start, min(start + stream.nominal_s[kind], end), now, cause))
         distribution = likely[tuple(levels[known])][kind]
         kind = int(np.searchsorted(distribution, rng.random() * distribution[-1], side="right"))
         start, cause = now, known
-    rows.append(_row(law, kind, start, min(start + law.nominal_s[kind], duration_s), duration_s, cause))
+    rows.append(_row(stream, kind, start, min(start + stream.nominal_s[kind], duration_s), duration_s, cause))
     table = pd.DataFrame(rows)
     causes = table.pop("cause").to_numpy()
     for name in FEATURES:
@@ -154,22 +154,22 @@ def follow(law: Law, heard: pd.DataFrame, duration_s: float, rng: np.random.Gene
     return table
 
 
-def _row(law: Law, kind: int, start_s: float, stroke_end_s: float, end_s: float, cause: int) -> dict[str, Any]:
+def _row(stream: Stream, kind: int, start_s: float, stroke_end_s: float, end_s: float, cause: int) -> dict[str, Any]:
     return {
         "start_s": start_s,
         "stroke_end_s": stroke_end_s,
         "end_s": end_s,
-        "subunit": law.kinds[kind],
-        "nominal_s": law.nominal_s[kind],
+        "subunit": stream.kinds[kind],
+        "nominal_s": stream.nominal_s[kind],
         "cause": cause,
     }
 
 
-def write(own: dict[str, Law], record: str, heard: pd.DataFrame, duration_s: float, seed: int) -> pd.DataFrame:
+def write(own: dict[str, Stream], record: str, heard: pd.DataFrame, duration_s: float, seed: int) -> pd.DataFrame:
     """Return the subunits of all sections in one record (schema ``planted_subunits``)."""
     tables = []
-    for section, law in own.items():
-        table = follow(law, heard, duration_s, random_source(seed, "subunits of record", record, section))
+    for section, stream in own.items():
+        table = follow(stream, heard, duration_s, random_source(seed, "subunits of record", record, section))
         numbered = table.assign(record=record, section=section, segment=np.arange(len(table)))
         tables.append(numbered[["record", "section", "segment", *table.columns]])
     return pd.concat(tables, ignore_index=True)
@@ -191,20 +191,20 @@ def phrases(record: str, arms: pd.DataFrame, n_frames: int, frame_s: float) -> p
     return segments.from_starts(record, starts[lasts], labels[first][lasts], n_frames, 1.0 / frame_s)
 
 
-def tables(cast: dict[str, dict[str, Law]]) -> dict[str, pd.DataFrame]:
+def tables(cast: dict[str, dict[str, Stream]]) -> dict[str, pd.DataFrame]:
     """Return the planted streams of all actors: subunit_kinds, subunit_transitions and subunit_preferences."""
     kinds, transitions, preferences = [], [], []
     for actor, sections in cast.items():
-        for section, law in sections.items():
+        for section, stream in sections.items():
             named = {"actor": actor, "section": section}
-            parameters = {"nominal_s": law.nominal_s, "slope": law.slope, "middle": law.middle}
-            kinds.append(pd.DataFrame(named | {"subunit": law.kinds} | parameters))
-            n = len(law.kinds)
-            pairs = {"from_subunit": np.repeat(law.kinds, n), "to_subunit": np.tile(law.kinds, n)}
-            transitions.append(pd.DataFrame(named | pairs | {"probability": law.transitions.ravel()}))
+            parameters = {"nominal_s": stream.nominal_s, "slope": stream.slope, "middle": stream.middle}
+            kinds.append(pd.DataFrame(named | {"subunit": stream.kinds} | parameters))
+            n = len(stream.kinds)
+            pairs = {"from_subunit": np.repeat(stream.kinds, n), "to_subunit": np.tile(stream.kinds, n)}
+            transitions.append(pd.DataFrame(named | pairs | {"probability": stream.transitions.ravel()}))
             for feature, (name, levels) in enumerate(FEATURES.items()):
-                cells = {"subunit": np.repeat(law.kinds, 3), "feature": name, "level": np.tile(levels, n)}
-                preferences.append(pd.DataFrame(named | cells | {"weight": law.weights[feature].ravel()}))
+                cells = {"subunit": np.repeat(stream.kinds, 3), "feature": name, "level": np.tile(levels, n)}
+                preferences.append(pd.DataFrame(named | cells | {"weight": stream.weights[feature].ravel()}))
     return {
         "subunit_kinds": pd.concat(kinds, ignore_index=True),
         "subunit_transitions": pd.concat(transitions, ignore_index=True),
