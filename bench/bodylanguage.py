@@ -86,7 +86,7 @@ def trained(minutes: float, members: int, mode: str, rng: np.random.Generator) -
     }
     spoken = {record: syllables(seconds, rng) for record in records}
     training = Training("a", FRAME_S, (), (), {}, {}, motions=motions, syllables=spoken, subunits=own)
-    return model.train(training, {"elapsed": mode, "pose_tolerance_deg": 5.0})
+    return model.train(training, {"elapsed": mode, "pose_tolerance_deg": 5.0, "blending": "velocity"})
 
 
 @njit

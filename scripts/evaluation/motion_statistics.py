@@ -17,4 +17,6 @@ with job.run(snakemake) as work:
     work.write(histograms, work.output.histograms, "motion_histograms")
     units = zip(work.params["assembled"], work.input.units, strict=True)
     joins = {tuple(key): assembly.boundaries(work.read(path, "units")) for key, path in units}
+    for key, path in zip(work.params["decided"], work.params["decisions"], strict=True):
+        joins[tuple(key)] = motion_quality.joins_between(work.read(path, "subunit_decisions")["frame"])
     work.write(motion_quality.table(motions, joins, actors), work.output.quality, "motion_quality")

@@ -68,6 +68,11 @@ def test_a_jump_is_found_at_its_join_and_nowhere_else():
     assert values(found, "jumps", "a1", "n")[["joins_within", "frames_within"]].tolist() == [4, 198]
 
 
+def test_joins_are_the_starts_of_all_segments_but_the_first():
+    assert quality.joins_between(pd.Series([0, 30, 12, 30, 0])).tolist() == [12, 30]
+    assert quality.joins_between([]).tolist() == []
+
+
 def test_feet_slide_as_fast_and_far_as_the_body_does():
     time = np.arange(200) / FPS
     slid = np.column_stack([0.06 * time, 0 * time, 0.08 * time])

@@ -77,7 +77,7 @@ def test_a_bvh_file_is_that_of_the_table(record):
     assert len(bvh.read("talk.bvh").rotations) == 30
 
 
-def test_another_body_is_recorded_as_poses(record):
+def test_another_body_is_recorded_as_poses_and_as_bvh(record):
     creature = Body(("core", "leg"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]))
     poses = random_poses(10)[:, :11]
     recorder = record("walk.parquet", creature)
@@ -85,8 +85,14 @@ def test_another_body_is_recorded_as_poses(record):
     recorder.close()
     found, _ = library.from_tables(creature.to_table(), tables.read("walk.parquet", "poses"))
     np.testing.assert_allclose(found["walk"].frames, poses, atol=1e-12)
-    with pytest.raises(UserError, match=r"walk.bvh: only the body of cospeech"):
-        record("walk.bvh", creature)
+    recorder = record("walk.bvh", creature)
+    show(recorder, poses)
+    recorder.close()
+    clip = bvh.read("walk.bvh")
+    assert (clip.names, clip.parents, clip.fps) == (creature.joints, (-1, 0), 25.0)
+    np.testing.assert_allclose(clip.places[0], poses[:, :3] + [0.0, 1.0, 0.0], atol=1e-6)
+    expected = rotation.from_quaternions(poses[:, 3:].reshape(10, 2, 4))
+    np.testing.assert_allclose(clip.rotations, expected, atol=1e-6)
 
 
 KILLED = """

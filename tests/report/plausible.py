@@ -361,7 +361,10 @@ def controller() -> dict[str, tuple[pd.DataFrame, str]]:
     return {
         "windows": (pd.DataFrame(scores), "controller_windows"),
         "regret": (
-            pd.DataFrame({"delay_ms": delays, "cost": cost, "optimum": 2.0, "regret": cost / 2.0 - 1.0}),
+            pd.DataFrame(
+                {"plan": ["states"] * 6 + ["situations"], "delay_ms": [*delays[:6], 0.0], "cost": cost}
+                | {"optimum": 2.0, "regret": cost / 2.0 - 1.0}
+            ),
             "controller_regret",
         ),
         "control_layer": (

@@ -32,12 +32,14 @@ def test_scores_of_windows_are_means_over_records_and_the_best_is_compared():
     assert better.ours == "5 of 5 (filtered score)"
 
 
-def test_regret_is_pooled_over_records():
+def test_regret_is_pooled_over_records_for_each_plan():
     one, two = TABLES["regret"], TABLES["regret"].assign(optimum=4.0)
     pooled, figure, _ = controller.regret(RUN, pd.concat([one, two]))
-    assert pooled["regret"].iloc[0] == pytest.approx(2.6 / 3.0 - 1.0)
-    (line,) = figure.axes[0].get_lines()
-    assert line.get_ydata()[0] == pytest.approx(100 * (2.6 / 3.0 - 1.0))
+    own = pooled[pooled["plan"] == "states"]
+    assert own["regret"].iloc[0] == pytest.approx(2.6 / 3.0 - 1.0)
+    states, situations = figure.axes[0].get_lines()
+    assert states.get_ydata()[0] == pytest.approx(100 * (2.6 / 3.0 - 1.0))
+    assert (len(states.get_xdata()), len(situations.get_xdata())) == (6, 1)
 
 
 def test_facts_of_the_control_layer_are_percentages_or_counts_or_empty():

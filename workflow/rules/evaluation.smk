@@ -69,6 +69,14 @@ rule session_scores:
 
 if "motion" in BRINGS:
 
+    # The systems that make motion and report at which of its frames they start to show a recorded segment.
+    DECIDED = [
+        system
+        for system in makers(ANIMATED_TOGETHER, "motion")
+        if SYSTEMS[system].drive == "own" and SYSTEMS[system].reports.get("decisions") == "subunit_decisions"
+    ]
+    DECISIONS = [path for system in DECIDED for path in expand(made_by(system, "decisions.parquet"), record=RECORDS)]
+
     rule motion_statistics:
         input:
             original=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
@@ -82,6 +90,7 @@ if "motion" in BRINGS:
                 for system in makers(ANIMATED, "phrases")
                 for path in expand(made_by(system, "units.parquet"), record=RECORDS)
             ],
+            decided=outputs_for(DECISIONS),
         output:
             statistics=f"{RESULTS}/evaluation/motion_statistics.parquet",
             histograms=f"{RESULTS}/evaluation/motion_histograms.parquet",
@@ -90,6 +99,8 @@ if "motion" in BRINGS:
             actors={record: actor_of(record) for record in RECORDS},
             animated=[(system, record) for system in ANIMATED for record in RECORDS],
             assembled=[(system, record) for system in makers(ANIMATED, "phrases") for record in RECORDS],
+            decided=[(system, record) for system in DECIDED for record in RECORDS],
+            decisions=DECISIONS,
             bins=config["evaluation"]["speed_bins"],
         message:
             "speed, acceleration, jerk and faults of original and synthesised motion"

@@ -181,7 +181,6 @@ if BRINGS >= {"motion", "audio"}:
             "../../scripts/evaluation/transplants.py"
 
     if VIRTUAL and "controller_offline" in SYSTEMS:
-
         # The last record is spoken by another actor, if there are several.
         SPOKEN = list(RECORDS)[-1]
 

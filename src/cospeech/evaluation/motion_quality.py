@@ -22,6 +22,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from cospeech.data.arrays import Flags, Floats, Integers
@@ -178,6 +179,12 @@ def qualities(measured: Measured, joins: Integers | None, limit: Limits) -> dict
         "trunk_depth": (float(measured.depth_m.max()), n_frames),
         "frames_deeper": (_percentage(measured.depth_m > limit.depth_m), n_frames),
     }
+
+
+def joins_between(first_frames: npt.ArrayLike) -> Integers:
+    """Return the joins of segments that start at these frames, in order and each once; nothing precedes frame 0."""
+    starts = np.unique(np.asarray(first_frames, dtype=np.int64))
+    return starts[starts > 0]
 
 
 def _percentage(flags: Flags) -> float:

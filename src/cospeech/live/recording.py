@@ -20,6 +20,7 @@ from cospeech.data import tables
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import bvh
+from cospeech.geometry import rotation
 from cospeech.motion import library
 from cospeech.motion.body import STANDARD, Body
 from cospeech.motion.library import Poses
@@ -59,8 +60,6 @@ class Recorder:
         self, path: Path, body: Body, fps: float, card: Mapping[str, Any], overwrite: bool, note: Note
     ) -> None:
         check(path, overwrite)
-        if path.suffix == ".bvh" and body.joints != STANDARD.joints:
-            raise UserError(f"{path}: only the body of cospeech can be recorded as BVH; name a .parquet file")
         self._path, self._growing, self._note = path, path.with_name(path.name + END), note
         head = {
             "format": FORMAT,
@@ -155,7 +154,7 @@ def complete(growing: Path, path: Path) -> None:
     fps = float(head["fps"])
     try:
         if path.suffix == ".bvh":
-            bvh.write(live.motion_table([frames], fps), path)
+            _write_bvh(frames, body, fps, path)
         else:
             table, schema = _table(frames, body, fps, path.stem)
             tables.write(table, path, schema, corpus=head["corpus"], config_hash=head["config_hash"])
@@ -166,6 +165,25 @@ def complete(growing: Path, path: Path) -> None:
             f"'cospeech live --recover {growing}'"
         ) from error
     growing.unlink()
+
+
+def _write_bvh(frames: Floats, body: Body, fps: float, path: Path) -> None:
+    """Write frames as BVH, in metres; the bones of another body end at its outermost joints."""
+    if body.joints == STANDARD.joints:
+        bvh.write(live.motion_table([frames], fps), path)
+        return
+    poses = Poses.from_frames(frames)
+    outermost = set(range(len(body.joints))) - set(body.parents.tolist())
+    clip = bvh.Clip(
+        body.joints,
+        tuple(body.parents.tolist()),
+        rotation.from_quaternions(poses.rotations),
+        {0: poses.root_m + body.offsets_m[0]},
+        fps,
+        body.offsets_m,
+        {joint: np.zeros(3) for joint in sorted(outermost)},
+    )
+    bvh.write_clip(clip, path)
 
 
 def _table(frames: Floats, body: Body, fps: float, record: str) -> tuple[pd.DataFrame, str]:

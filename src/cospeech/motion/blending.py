@@ -18,8 +18,8 @@ anatomical limits.
 ``Transitions`` are smooth. A controller (Levine et al. 2010) leaves a segment at its end or at an interruption frame
 and starts another one at its first frame or, for a keyword, within it (7.1 and 8.1). The paper does not say how the
 poses are joined. Here, the difference between shown and desired pose decays within a fixed time: the rotation from
-the desired to the shown pose and its rate of change at the join are continued by the polynomial of degree five that
-ends at zero without speed and acceleration (*inertialization*: D. Bollo, Game Developers Conference, 2018), and the
+the desired to the shown pose and its rate of change at the join are continued by polynomials of degree five that
+end at zero without speed and acceleration (*inertialization*: D. Bollo, Game Developers Conference, 2018), and the
 motion of the recording is added to it. The arms are an exception, since the sum of a difference and a movement may
 lie inside the trunk: they keep the speed of the recording as above, but take it over within a few frames.
 
@@ -28,12 +28,13 @@ motion. The shares of joins without such accelerations (``joins_within`` in the 
 speeds of feet on the floor, with the arm subunits of one actor in random order, are
 
     recording        as printed         Blender            Transitions        recorded
-    demo, ada        78 %,   9 mm/s     82 %,   4 mm/s     95 %,   5 mm/s       4 mm/s
+    demo, ada        78 %,   9 mm/s     82 %,   4 mm/s     91 %,   5 mm/s       4 mm/s
     demo, deniz      45 %,   9 mm/s     93 %,   3 mm/s     93 %,   4 mm/s       3 mm/s
-    BEAT2, scott      7 %, 198 mm/s      5 %, 123 mm/s     74 %, 156 mm/s      31 mm/s
+    BEAT2, scott      7 %, 198 mm/s      5 %, 123 mm/s     49 %, 144 mm/s      31 mm/s
 
 The actors of the demo stand still. The one of BEAT2 steps and turns, and only steps could join such segments without
-sliding.
+sliding. On motion whose frames have independent noise, as the virtual studio makes it without film, transitions carry
+the noise on: there, the ``Blender`` is better.
 
 Two things keep the feet from sliding, which neither paper mentions. First, all joints of the lower body cover the
 same share of their gaps, since feet that stand at the same place in two poses would move in between if hips, thighs
@@ -71,7 +72,11 @@ FEET = ("left_foot", "right_foot")
 TRANSITION_S = 1.0
 """Duration of transitions."""
 
-CATCH_UP_S = 0.2
+SWING_S = 0.4
+"""Time within which a joint comes to rest relative to the new recording. Its rate at the join is that of a single
+frame; if it went on for longer, the noise of a recording would be carried far, and feet and arms with it."""
+
+CATCH_UP_S = 0.1
 """Time constant with which the body as a whole takes over the speed of another recording."""
 
 ARM_CATCH_UP_S = 0.05
@@ -384,13 +389,14 @@ def _chase(
 
 
 @njit
-def _fade(s: float) -> tuple[float, float]:
-    """Return how much of an initial offset, and of an initial rate times the duration, is left at a share of it.
+def _fade(age: float, duration: float, swing: float) -> tuple[float, float]:
+    """Return what is left of an initial offset of 1, and the displacement by an initial rate of 1 per frame.
 
-    These are the polynomials of degree five in ``s`` (from 0 to 1) that end without value, slope and curvature, and
-    begin without curvature, with value 1 and slope 0, and with value 0 and slope 1.
+    Both are polynomials of degree five of the age in frames that begin without curvature, and end without value,
+    slope and curvature: the first one after ``duration``, the second one after ``swing`` frames.
     """
-    return 1.0 - s**3 * (10.0 - s * (15.0 - 6.0 * s)), s * (1.0 - s**2 * (6.0 - s * (8.0 - 3.0 * s)))
+    s, r = min(age / duration, 1.0), min(age / swing, 1.0)
+    return 1.0 - s**3 * (10.0 - s * (15.0 - 6.0 * s)), swing * r * (1.0 - r**2 * (6.0 - r * (8.0 - 3.0 * r)))
 
 
 @njit
@@ -402,6 +408,7 @@ def _transit(
     feet: Integers,
     arms: Flags,
     duration: float,
+    swing: float,
     keep: float,
     arm_keep: float,
     shown_root: Floats,
@@ -427,7 +434,7 @@ def _transit(
 
     Parameters
     ----------
-    duration : of a transition in frames.
+    duration, swing : of a transition and of what is left of the movement before it, in frames.
     keep, arm_keep : share of a difference in velocity that is left after one frame, of the body and of the arms.
     arms : (J,) joints that keep the speed of the recording (see ``_chase``, also for their rows of the arrays below).
     last_root, last : what was shown in the frame before the last.
@@ -458,10 +465,10 @@ def _transit(
         last[joint] = shown[joint]
         shown[joint] = target[joint]
         if age[joint] < duration:
-            fade, swing = _fade(age[joint] / duration)
+            fade, ahead = _fade(age[joint], duration, swing)
             angle, turn = 0.0, scratch[0]
             for axis in range(3):
-                turn[axis + 1] = fade * offset[joint, axis] + duration * swing * rate[joint, axis]
+                turn[axis + 1] = fade * offset[joint, axis] + ahead * rate[joint, axis]
                 angle += turn[axis + 1] ** 2
             if angle > 0.0:
                 _turn(shown[joint], turn, np.sqrt(angle))
@@ -486,10 +493,10 @@ def _transit(
             drive[1, axis] = drive[0, axis] - move[axis] if joined else keep * drive[1, axis]
             drive[0, axis] = move[axis] + drive[1, axis]
             shown_root[2 * axis] += drive[0, axis]
-    fade, swing = _fade(min(age[n_joints] / duration, 1.0))
+    fade, ahead = _fade(age[n_joints], duration, swing)
     for axis in range(3):
         if axis == 1 or not stands:
-            left = fade * offset[n_joints, axis] + duration * swing * rate[n_joints, axis]
+            left = fade * offset[n_joints, axis] + ahead * rate[n_joints, axis]
             shown_root[axis] = desired_root[axis] + left
         wanted_root[axis] = desired_root[axis]
     wanted[:] = target
@@ -632,7 +639,7 @@ class Transitions(Stepper):
         self._arms = np.array([name in arms for name in body.joints])
         n_joints = len(body.joints)
         keep = (float(np.exp(-1.0 / (constant_s * fps))) for constant_s in (CATCH_UP_S, ARM_CATCH_UP_S))
-        self._pace = (max(duration_s * fps, 1.0), *keep)
+        self._pace = (max(duration_s * fps, 1.0), max(min(duration_s, SWING_S) * fps, 1.0), *keep)
         self._last = np.zeros(3), np.zeros((n_joints, 4))
         self._wanted = np.zeros(3), np.zeros((n_joints, 4))
         self._gap = np.zeros((n_joints + 1, 3)), np.zeros((n_joints + 1, 3)), np.zeros(n_joints + 1, dtype=np.int64)

@@ -10,7 +10,7 @@ from cospeech.synthesis.bodylanguage import model
 from cospeech.synthesis.interface import Speech, Training
 
 FPS, FRAME_S = 20.0, 0.025
-SETTINGS = {"elapsed": "exact", "pose_tolerance_deg": 5.0}
+SETTINGS = {"elapsed": "exact", "pose_tolerance_deg": 5.0, "blending": "velocity"}
 
 
 def syllables(rng, duration_s, record="one"):

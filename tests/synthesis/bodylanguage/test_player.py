@@ -177,6 +177,8 @@ def test_a_model_survives_its_tables_and_synthesises_the_same(training, trained,
 def test_what_is_missing_is_named(training, trained):
     with pytest.raises(UserError, match="elapsed: 'sometimes' is unknown; use exact, expected, printed"):
         model.train(training, SETTINGS | {"elapsed": "sometimes"})
+    with pytest.raises(UserError, match="blending: 'none' is unknown; use velocity, smooth"):
+        model.train(training, SETTINGS | {"blending": "none"})
     with pytest.raises(UserError, match="pose_tolerance_deg must not be negative"):
         model.train(training, SETTINGS | {"pose_tolerance_deg": -1.0})
     with pytest.raises(UserError, match="actor ada: no training record has gesture subunits"):

@@ -13,6 +13,7 @@ from cospeech.synthesis.controller import SYSTEMS, inference, offline, online, p
 from cospeech.synthesis.controller.library import path_cost
 from cospeech.synthesis.controller.model import with_library
 from cospeech.synthesis.controller.semantics import Player, Repetition
+from cospeech.synthesis.controller.situations import Weights
 from cospeech.synthesis.session import Trained, fault, perform, table_fault
 
 ONLINE, OFFLINE = SYSTEMS
@@ -73,8 +74,9 @@ def test_segments_without_their_motion_are_refused_by_name(model):
         online.from_tables(online.to_tables(model))
 
 
-def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(actor):
-    model = online.train(actor.training, {**QUICK, "repetition_s": 0.0})
+@pytest.mark.parametrize("count", [0, 7])
+def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(actor, count):
+    model = online.train(actor.training, {**QUICK, "repetition_s": 0.0, "situations": count})
     layer, speech = model.control, actor.speech()
     state = online.start(model, live.Stream("r", FRAME_S, FPS), 0)
     shown = []
@@ -84,6 +86,9 @@ def test_the_shown_segments_are_those_of_the_policy_under_the_filtered_beliefs(a
             shown.append(state.shown[:2])
     prosody = steps.prosody(steps.syllables_of(speech.syllables), len(shown), layer.step_s, model.pause_db)
     beliefs = inference.filtered(model.layer, prosody)
+    if count:
+        apart = np.linalg.norm(beliefs[:, None] - layer.situations.beliefs[None], axis=2)
+        beliefs = np.eye(count)[apart.argmin(axis=1)]
     path = policy.play(layer.tones["neutral"].policy, layer.cut, layer.rows, beliefs)
     np.testing.assert_array_equal(shown, np.stack(path, axis=1))
 
@@ -94,7 +99,8 @@ def test_repetition_costs_what_it_says_and_is_forgotten(model):
     cut, found = layer.cut, layer.tones["neutral"].policy
     cost, decay = 3.0, 0.97
     player = Player(found, {}, cut, layer.rows, None, Repetition(cost, decay))
-    belief = np.full(len(layer.transitions), 1.0 / len(layer.transitions))
+    n = len(layer.situations.transitions)
+    belief = np.full(n, 1.0 / n)
     entered, shown, piece = {}, [player.step(belief)], 0
     piece = int(cut.first[shown[0].segment])
     entered[shown[0].segment] = 0
@@ -208,9 +214,8 @@ def test_the_offline_controller_finds_a_path_that_costs_less(actor, model):
     prosody = whole.prosody(model, speech, 400)
     smoothed, delta = inference.smoothed(model.layer, prosody), layer.tones["neutral"].distances
     made = whole.synthesise(model, speech, 0)
-    played = policy.play(
-        layer.tones["neutral"].policy, layer.cut, layer.rows, inference.filtered(model.layer, prosody)
-    )
+    weights = Weights(layer.situations).of_each(inference.filtered(model.layer, prosody))
+    played = policy.play(layer.tones["neutral"].policy, layer.cut, layer.rows, weights)
     best = offline.animate(layer.cut, layer.rows, delta, smoothed)
     assert made.decoding["log_score"].iloc[0] == -best.cost
     assert best.cost < path_cost(played, layer.cut, layer.rows, delta, smoothed)

@@ -7,6 +7,7 @@ from vigorous import QUICK, Actor
 from cospeech.motion import skeleton
 from cospeech.synthesis.controller import SYSTEMS, control, inference, online, policy, report, whole
 from cospeech.synthesis.controller.library import path_cost
+from cospeech.synthesis.controller.situations import Weights
 from cospeech.synthesis.session import Trained, perform
 
 OFFLINE = SYSTEMS[1]
@@ -40,11 +41,19 @@ def test_the_regret_without_delay_is_that_of_the_online_controller(actor, model)
     layer, prosody = model.control, whole.prosody(model, actor.speech(), 300)
     found = report.regret(model, prosody)
     smoothed, delta = inference.smoothed(model.layer, prosody), layer.tones["neutral"].distances
-    path = policy.play(layer.tones["neutral"].policy, layer.cut, layer.rows, inference.filtered(model.layer, prosody))
-    assert found["cost"].iloc[0] * 300 == pytest.approx(path_cost(path, layer.cut, layer.rows, delta, smoothed))
+    filtered = inference.filtered(model.layer, prosody)
+    of_states = policy.solve(layer.cut, layer.rows, delta, model.layer.hmm.transitions, layer.discount)
+    weights = Weights(layer.situations).of_each(filtered)
+    for plan, known, played in (
+        ("states", of_states, filtered), ("situations", layer.tones["neutral"].policy, weights),
+    ):  # fmt: skip
+        path = policy.play(known, layer.cut, layer.rows, played)
+        cost = found.loc[found["plan"] == plan, "cost"].iloc[0]
+        assert cost * 300 == pytest.approx(path_cost(path, layer.cut, layer.rows, delta, smoothed))
     assert (found["regret"] >= 0.0).all()
-    assert found["regret"].iloc[-1] < found["regret"].iloc[0]
-    assert found["delay_ms"].tolist() == [100.0 * k for k in range(7)]
+    curve = found[found["plan"] == "states"]
+    assert curve["regret"].iloc[-1] < curve["regret"].iloc[0]
+    assert curve["delay_ms"].tolist() == [100.0 * k for k in range(7)]
 
 
 def test_facts_about_the_control_layer(model):
@@ -60,10 +69,8 @@ def test_decisions_are_those_of_the_motion(actor, model):
     prosody = whole.prosody(model, actor.speech(), 300)
     table, beliefs = report.decisions(model, prosody), report.beliefs(model, prosody)
     online_rows = table[table["policy"] == "online"]
-    path = policy.play(
-        model.control.tones["neutral"].policy, model.control.cut, model.control.rows,
-        inference.filtered(model.layer, prosody),
-    )  # fmt: skip
+    weights = Weights(model.control.situations).of_each(inference.filtered(model.layer, prosody))
+    path = policy.play(model.control.tones["neutral"].policy, model.control.cut, model.control.rows, weights)
     np.testing.assert_array_equal(path.segment[online_rows["step"]], online_rows["segment"])
     np.testing.assert_array_equal(path.frame[online_rows["step"]], online_rows["frame"])
     totals = beliefs.groupby("step")[["forward", "smoothed"]].sum()

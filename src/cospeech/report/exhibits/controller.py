@@ -18,6 +18,12 @@ SCORES = {
 }
 """The scores that figure 4 shows."""
 
+PLANS = {
+    "states": ("policy over hidden states, as in the paper", style.BLUE),
+    "situations": ("policy over situations, without delay", style.GREEN),
+}
+"""What the policy of the online controller plans with."""
+
 QUANTITIES = {
     "segments": "motion segments",
     "hidden_states": "hidden states, chosen by held-out likelihood",
@@ -91,14 +97,18 @@ def regret(_: Run, regret: pd.DataFrame) -> Drawing:
     ----------
     regret : the tables ``controller_regret`` of all records.
     """
-    pooled = regret.groupby("delay_ms")[["cost", "optimum"]].mean().reset_index()
+    pooled = regret.groupby(["plan", "delay_ms"])[["cost", "optimum"]].mean().reset_index()
     pooled["regret"] = pooled["cost"] / pooled["optimum"] - 1.0
     drawn, axes = style.figure(2.6)
-    axes[0, 0].plot(pooled["delay_ms"], 100 * pooled["regret"], marker="o", ms=4, color=style.BLUE)
-    axes[0, 0].set_xlabel("delay of the output in ms")
-    axes[0, 0].set_ylabel("cost above the optimum, %")
-    axes[0, 0].set_ylim(bottom=0)
-    axes[0, 0].grid(axis="y")
+    panel = axes[0, 0]
+    for plan, (title, colour) in PLANS.items():
+        own = pooled[pooled["plan"] == plan]
+        panel.plot(own["delay_ms"], 100 * own["regret"], marker="o", ms=5, color=colour, label=title)
+    panel.set_xlabel("delay of the output in ms")
+    panel.set_ylabel("cost above the optimum, %")
+    panel.set_ylim(bottom=0)
+    panel.grid(axis="y")
+    panel.legend(loc="best")
     return Drawing(pooled, drawn)
 
 

@@ -35,7 +35,7 @@ def _declare(name: str, title: str, method: str, source: str, order: int, **more
         needs=("syllables", "subunits", "motion"),
         makes="motion",
         tables=TABLES,
-        settings={"elapsed": "exact", "pose_tolerance_deg": 5.0},
+        settings={"elapsed": "exact", "pose_tolerance_deg": 5.0, "blending": "velocity"},
         order=order,
         live=True,
         **more,

@@ -1,11 +1,7 @@
 """Body language as speech is heard: observations in, poses out (Levine 2009, chapter 5).
 
 Head, arms and legs are streams of their own, each with its own decisions. Their subunits are joined to one desired
-pose per frame, and the body that is shown follows it by velocity-preserving blending (5.5).
-
-The thesis does not say where the body is. A subunit of the legs starts at the place where the body is at that time,
-so that the body does not glide to where the subunit was recorded. To keep it from wandering off, it is never further
-from there than the actor mostly is from the middle.
+pose per frame, and the body that is shown follows it by blending (5.5).
 """
 
 from __future__ import annotations
@@ -15,7 +11,7 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.motion import skeleton
-from cospeech.motion.blending import Blender
+from cospeech.motion.blending import Blender, Transitions
 from cospeech.motion.library import Library
 from cospeech.synthesis.bodylanguage import forward
 from cospeech.synthesis.bodylanguage.model import SECTIONS, Model
@@ -42,9 +38,6 @@ N_UNIFORMS = 1024
 
 NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
 """No observations."""
-
-ROAMING_SHARE = 0.95
-"""Share of the frames in which the actor is no further from the middle than the body may be moved."""
 
 MOST_OBSERVED = 16
 """Number of observations that are handled at once."""
@@ -74,8 +67,7 @@ class Player:
         self._fps, self._frame_s = stream.motion_fps, stream.frame_s
         self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
-        roam_m = _roaming_m(library.poses.root_m)
-        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)), roam_m)
+        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
         initial, self.sections = _sections(model, library)
         self.beliefs = _beliefs(initial, mode)
         self._rng = random_source(seed, "bodylanguage", stream.record)
@@ -86,7 +78,8 @@ class Player:
         self._desired = np.empty((2, 3 + 4 * n_joints))
         self._poses = [part for row in self._desired for part in (row[:3], row[3:].reshape(n_joints, 4))]
         self._nothing = np.empty((0, 3 + 4 * n_joints))
-        self._blender = Blender(library.body)
+        smooth = model.blending == "smooth"
+        self._blender = Transitions(library.body, self._fps) if smooth else Blender(library.body)
         begin(self.sections, initial, self.memory)
 
     def hear(self, heard: Heard) -> Floats:
@@ -198,12 +191,6 @@ def _padded(arrays: list[Floats], n: int, value: float = 0.0) -> Floats:
     return padded
 
 
-def _roaming_m(root_m: Floats) -> float:
-    """Return how far the actor mostly is from the place in the middle, of root positions (F, 3)."""
-    ground = root_m[:, [0, 2]]
-    return float(np.quantile(np.linalg.norm(ground - np.median(ground, axis=0), axis=1), ROAMING_SHARE))
-
-
 def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory:
     n_sections = len(SECTIONS)
     return Memory(
@@ -212,7 +199,6 @@ def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory
         started=np.zeros(n_sections, dtype=bool),
         ended=np.zeros((n_sections, n_clusters), dtype=bool),
         probability=np.zeros(n_sections),
-        moved_m=np.zeros(2),
         now=np.zeros(1, dtype=np.int64),
         observation=np.full(1, NONE, dtype=np.int64),
         passed_s=np.zeros(1),

@@ -24,14 +24,12 @@ class Rules(NamedTuple):
     at_syllables : whether an observation can interrupt a subunit; otherwise, all run to completion.
     mode : how the elapsed share is treated, see ``forward``.
     tolerance : difference between the least pose distance and that of a subunit that may be selected, in radians.
-    roam_m : how far the body may be from the place at which a subunit was recorded.
     """
 
     by_model: bool
     at_syllables: bool
     mode: int
     tolerance: float
-    roam_m: float
 
 
 class Sections(NamedTuple):
@@ -92,7 +90,6 @@ class Memory(NamedTuple):
     segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) whether no
         observation has continued it yet. ended : (S, N) clusters whose subunits ended after the last observation.
     probability : (S,) probability of the last decision.
-    moved_m : (2,) how far the root is to the left and in front of the place at which its subunit was recorded.
     now : (1,) see ``Beliefs``. observation : (1,) the last one. passed_s : (1,) time between it and the one before.
     uniforms : (U,) random numbers. used : (1,) number of those that are used.
     gamma, distances : (N + 1,) and (M,) working memory.
@@ -103,7 +100,6 @@ class Memory(NamedTuple):
     started: Flags
     ended: Flags
     probability: Floats
-    moved_m: Floats
     now: Integers
     observation: Integers
     passed_s: Floats
@@ -225,18 +221,6 @@ def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
         memory.segment[s] = _any_of(sections.members[sections.first[s, 0] : sections.first[s, n]], memory)
     memory.frame[s] = 0
     memory.started[s] = True
-    if s == len(memory.segment) - 1:
-        _place(sections, memory, pose, rules.roam_m)
-
-
-@njit
-def _place(sections: Any, memory: Any, pose: Any, roam_m: float) -> None:
-    """Let the subunit of the last section start where the body is, unless that is too far from where it was."""
-    earlier = sections.root_m[sections.before[sections.begin[memory.segment[-1]]]]
-    left, front = pose[0] - earlier[0], pose[2] - earlier[2]
-    distance = np.sqrt(left * left + front * front)
-    share = roam_m / distance if distance > roam_m else 1.0
-    memory.moved_m[0], memory.moved_m[1] = share * left, share * front
 
 
 @njit
@@ -304,6 +288,5 @@ def advance(
                     for axis in range(4):
                         desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
             if s == len(memory.segment) - 1:
-                desired[row, 0] = sections.root_m[frame, 0] + memory.moved_m[0]
-                desired[row, 1] = sections.root_m[frame, 1]
-                desired[row, 2] = sections.root_m[frame, 2] + memory.moved_m[1]
+                for axis in range(3):
+                    desired[row, axis] = sections.root_m[frame, axis]

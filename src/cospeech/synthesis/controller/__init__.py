@@ -8,10 +8,12 @@ from cospeech.synthesis.declaration import System
 
 SOURCE = "Levine et al. 2010"
 
+INFERENCE = ("scales", "gaussians", "chain", "observations", "states")
+CONTROL = ("kinematics", "styles", "policy", "situations", "situation_chain", "convergence", "keywords")
+
 TABLES = {
     "controller": "controller",
-    **{name: f"controller_{name}" for name in ("scales", "gaussians", "chain", "observations", "states")},
-    **{name: f"controller_{name}" for name in ("kinematics", "styles", "policy", "convergence", "keywords")},
+    **{name: f"controller_{name}" for name in (*INFERENCE, *CONTROL)},
     **{name: name for name in ("library", "delta", "successors", "interruptions", "body", "poses")},
 }
 
@@ -26,11 +28,12 @@ SETTINGS = {
     "clusters": 10,
     "window": 4,
     "unvoiced_hz": [60.0, 500.0],
-    "transition_s": 0.3,
-    "interruption_s": 0.1,
-    "horizon_s": 5.0,
-    "repetition_s": 0.1,
+    "transition_s": 0.1,
+    "interruption_s": 0.05,
+    "horizon_s": 15.0,
+    "repetition_s": 0.05,
     "memory_s": 10.0,
+    "situations": 40,
     "discounts": "corrected",
 }
 """Settings of the system and their defaults.
@@ -43,6 +46,7 @@ unvoiced_hz : range of the uniformly distributed F0 of unvoiced syllables; that 
 transition_s, interruption_s, horizon_s : cost of transitions and interruptions, and the time horizon of the policy
     (see ``control``).
 repetition_s, memory_s : cost of showing a segment again, and the time in which it fades; not in the paper.
+situations : typical beliefs that the policy plans with; 0: hidden states, as in the paper (see ``situations``).
 discounts : corrected or printed (see ``policy``).
 """
 

@@ -37,6 +37,7 @@ from cospeech.synthesis.controller.inference import KINEMATICS, Inference
 from cospeech.synthesis.controller.library import Pieces, Rows, Successors
 from cospeech.synthesis.controller.policy import Discounts, Policy
 from cospeech.synthesis.controller.semantics import Label, Repetition
+from cospeech.synthesis.controller.situations import Situations
 from cospeech.synthesis.controller.style import Transform
 
 LENGTH, POSE, DYNAMICS = 0.5, 1.0, 0.5
@@ -61,7 +62,7 @@ class Balance(NamedTuple):
 
 
 class Tone(NamedTuple):
-    """A style: its transform of kinematic parameters (None: neutral), delta (A, I), and the policy."""
+    """A style: its transform of kinematic parameters (None: neutral), delta (A, I), and policy (see ``solve``)."""
 
     transform: Transform | None
     distances: Floats
@@ -79,7 +80,7 @@ class Control(NamedTuple):
     cut, known, rows : pieces, what successor costs are computed from, and the costs themselves.
     unit : cost of a second in which an average segment is shown instead of the nearest one.
     pose_scale : factor between joint positions in metres and the poses of the successor costs.
-    transitions : (I, I) of the hidden states.
+    situations : what the policies plan with; K of them.
     tones : styles by name; the first is ``NEUTRAL``.
     keywords : segments that each keyword asks for.
     """
@@ -92,7 +93,7 @@ class Control(NamedTuple):
     rows: Rows
     unit: float
     pose_scale: float
-    transitions: Floats
+    situations: Situations
     balance: Balance
     tones: Mapping[str, Tone]
     keywords: Mapping[str, Sequence[int]]
@@ -132,6 +133,7 @@ def build(
     transforms: Mapping[str, Transform],
     keywords: Mapping[str, Sequence[int]],
     balance: Balance,
+    situations: Situations,
 ) -> Control:
     """Return the control layer of a library: costs, and the policy of each style.
 
@@ -148,7 +150,7 @@ def build(
     gaussians = (layer.hmm.mean, layer.hmm.covariance)
     delta = expected_distances(y, *gaussians)
     distances = {NEUTRAL: delta} | {name: style.tone_distances(y, *gaussians, t) for name, t in transforms.items()}
-    bare = without_policies(layer, library, per_step, kinematics, delta, keywords, balance)
+    bare = without_policies(layer, library, per_step, kinematics, delta, keywords, balance, situations)
     tones = {name: Tone(transforms.get(name), one, solve(bare, one)) for name, one in distances.items()}
     return bare._replace(tones=tones)
 
@@ -161,6 +163,7 @@ def without_policies(
     delta: Floats,
     keywords: Mapping[str, Sequence[int]],
     balance: Balance,
+    situations: Situations,
 ) -> Control:
     """Return the control layer of a library with expected distances ``delta`` (A, I), but without a style."""
     n_segments = len(delta)
@@ -173,14 +176,15 @@ def without_policies(
     y = layer.kinematics.apply(kinematics)
     known, unit, scale = _successors(library, cut, per_step, y, delta, balance)
     rows = segments.cost_rows(cut, known)
-    return Control(
-        library, per_step, kinematics, cut, known, rows, unit, scale, layer.hmm.transitions, balance, {}, keywords
-    )
+    return Control(library, per_step, kinematics, cut, known, rows, unit, scale, situations, balance, {}, keywords)
 
 
 def solve(layer: Control, distances: Floats) -> Policy:
-    """Return the optimal policy for expected distances (A, I)."""
-    return policy.solve(layer.cut, layer.rows, distances, layer.transitions, layer.discount, layer.balance.discounts)
+    """Return the optimal policy over the situations for expected distances from the hidden states, (A, I)."""
+    known = layer.situations
+    return policy.solve(
+        layer.cut, layer.rows, known.distances(distances), known.transitions, layer.discount, layer.balance.discounts
+    )
 
 
 def _successors(
@@ -218,7 +222,8 @@ def labels(layer: Control, distances: Floats, found: Policy) -> Labels:
     """Return the labels of the keywords under a policy that was found for expected distances (A, I)."""
     if not layer.keywords:
         return Labels(None, {})
-    cut, given = layer.cut, (distances, layer.transitions, layer.discount)
+    known = layer.situations
+    cut, given = layer.cut, (known.distances(distances), known.transitions, layer.discount)
     rest = lookahead.rest_values(found, cut, layer.rows, *given)
     first, after = layer.library.start, layer.library.end
     words = {}

@@ -1,8 +1,9 @@
 """The trained gesture controller: an inference layer, a control layer, and how they are learned from an actor.
 
-Styles are learned from the actor's own motion, where the paper has recordings of speakers in other moods (8.2): the
-active phases are sorted by velocity and acceleration; the fastest third is an example of the style ``energetic``, the
-slowest third of ``calm``, and all of them are the neutral data set.
+Styles are learned from the actor's own motion, where the paper has recordings of speakers in other moods (8.2). The
+records are cut into stretches of ``STRETCH_S``, which are sorted by the mean speed of the hands; the phases of the
+fastest third are the example of the style ``energetic``, those of the slowest third of ``calm``, and all phases are
+the neutral data set.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from cospeech.data.arrays import Floats
 from cospeech.data.rng import random_source
 from cospeech.errors import UserError
 from cospeech.motion.library import Library
-from cospeech.synthesis.controller import control, inference, steps, style
+from cospeech.synthesis.controller import control, inference, situations, steps, style
 from cospeech.synthesis.controller.clusters import Range
 from cospeech.synthesis.controller.control import Balance, Control
 from cospeech.synthesis.controller.inference import KINEMATICS, Inference
@@ -26,11 +27,13 @@ from cospeech.synthesis.interface import Training
 
 FASTEST, SLOWEST = "energetic", "calm"
 
-EXAMPLES = 3
-"""The share of active phases that are examples of a style is one in this many."""
+STRETCH_S = 5.0
 
-FEWEST = 12
-"""Active phases that an actor must have for styles; with fewer, there is only the neutral one."""
+EXAMPLES = 3
+"""The share of stretches that are examples of a style is one in this many."""
+
+FEWEST = 6
+"""Stretches that an actor must have for styles; with fewer, there is only the neutral one."""
 
 
 class Model(NamedTuple):
@@ -91,7 +94,12 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
     )
     phases = pd.concat(list(training.phases.values()))
     transforms = tones(trained.layer, phases)
-    built = control.build(trained.layer, *found, transforms, {}, balance_of(settings))
+    if settings["situations"]:
+        heard = [inference.filtered(trained.layer, prosody) for prosody in known.prosody]
+        plan = situations.of_beliefs(heard, settings["situations"], np.random.default_rng(seed_of(training)))
+    else:
+        plan = situations.of_states(trained.layer.hmm.transitions)
+    built = control.build(trained.layer, *found, transforms, {}, balance_of(settings), plan)
     return Model(trained.layer, built, pause_db, trained.states.held_out if trained.states else {})
 
 
@@ -162,16 +170,19 @@ def steps_of(found: Segments, syllables: Mapping[str, pd.DataFrame], pause_db: f
 
 def tones(layer: Inference, phases: pd.DataFrame) -> dict[str, Transform]:
     """Return the styles of an actor with these phases (schema ``phases``), by name."""
-    y = layer.kinematics.apply(phases.loc[phases["active"], list(KINEMATICS)].to_numpy(dtype=float))
-    if len(y) < FEWEST:
+    lasting_s = phases["end_s"] - phases["start_s"]
+    moved = pd.DataFrame({"record": phases["record"], "stretch": phases["start_s"] // STRETCH_S})
+    moved["lasting_s"], moved["distance_m"] = lasting_s, np.exp(phases["velocity"]) * lasting_s
+    stretch = moved.groupby(["record", "stretch"], sort=True).ngroup().to_numpy()
+    sums = moved.groupby(stretch)[["lasting_s", "distance_m"]].sum()
+    if len(sums) < FEWEST:
         return {}
-    fast = y[:, KINEMATICS.index("velocity")] + y[:, KINEMATICS.index("acceleration")]
-    order, share = np.argsort(fast, kind="stable"), len(y) // EXAMPLES
+    order = np.argsort((sums["distance_m"] / sums["lasting_s"]).to_numpy(), kind="stable")
+    share = len(sums) // EXAMPLES
+    y = layer.kinematics.apply(phases[list(KINEMATICS)].to_numpy(dtype=float))
     floor = np.full(len(KINEMATICS), inference.Settings().floor)
-    return {
-        FASTEST: style.fit(y, y[order[-share:]], floor),
-        SLOWEST: style.fit(y, y[order[:share]], floor),
-    }
+    chosen = {FASTEST: order[-share:], SLOWEST: order[:share]}
+    return {name: style.fit(y, y[np.isin(stretch, stretches)], floor) for name, stretches in chosen.items()}
 
 
 def with_library(model: Model, found: Segments | None, keywords: Mapping[str, Sequence[int]]) -> Model:
@@ -191,4 +202,6 @@ def with_library(model: Model, found: Segments | None, keywords: Mapping[str, Se
     own = model.control
     segments = found or Segments(own.library, own.per_step, own.kinematics)
     transforms = {name: tone.transform for name, tone in own.tones.items() if tone.transform is not None}
-    return model._replace(control=control.build(model.layer, *segments, transforms, keywords, own.balance))
+    return model._replace(
+        control=control.build(model.layer, *segments, transforms, keywords, own.balance, own.situations)
+    )

@@ -26,6 +26,7 @@ from cospeech.synthesis.controller.model import Model, train
 from cospeech.synthesis.controller.policy import Policy
 from cospeech.synthesis.controller.semantics import Player, Step
 from cospeech.synthesis.controller.show import Screen
+from cospeech.synthesis.controller.situations import Weights
 from cospeech.synthesis.controller.steps import Listener, Syllable
 from cospeech.synthesis.controller.tables import from_tables, to_tables
 from cospeech.synthesis.interface import Speech
@@ -45,6 +46,7 @@ class State:
         self.frame_s = stream.frame_s
         self.listener = Listener(model.pause_db)
         self.beliefs = Beliefs(model.layer)
+        self.situation = Weights(self.layer.situations)
         self.weights = dict.fromkeys(list(self.layer.tones)[1:], 0.0)
         tone = self.layer.tones[NEUTRAL]
         labels = control_layer.labels(self.layer, tone.distances, tone.policy)
@@ -60,7 +62,7 @@ class State:
         """Return the next motion frame, after the decisions that it needs."""
         while self.n_steps <= self.screen.step:
             belief = self.beliefs.step(self.listener.at(self.n_steps * self.layer.step_s))
-            self.shown = self.player.step(belief)
+            self.shown = self.player.step(self.situation.of(belief))
             self.n_steps += 1
         return self.screen.next(self.shown.segment, self.shown.frame)
 

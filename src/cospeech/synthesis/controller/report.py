@@ -17,7 +17,17 @@ from cospeech.data.arrays import Floats
 from cospeech.markov import crf
 from cospeech.motion.library import Poses
 from cospeech.synthesis import live
-from cospeech.synthesis.controller import control, inference, library, lookahead, offline, online, policy, style
+from cospeech.synthesis.controller import (
+    control,
+    inference,
+    library,
+    lookahead,
+    offline,
+    online,
+    policy,
+    situations,
+    style,
+)
 from cospeech.synthesis.controller.clusters import Range
 from cospeech.synthesis.controller.control import NEUTRAL
 from cospeech.synthesis.controller.model import FASTEST, Model, Segments, Steps, segments_of, steps_of
@@ -72,21 +82,31 @@ def windows(training: Training, model: Model, seed: int) -> pd.DataFrame:
 
 
 def regret(model: Model, prosody: Floats) -> pd.DataFrame:
-    """Return the regret of the online policy on prosody (T, 3), for each delay of its output.
+    """Return by how much the online controller's path on prosody (T, 3) costs more than the optimum.
 
-    The policy is that of the paper, without a cost of repetition.
+    For the policy of the paper, over hidden states, there is a row for each delay of the output; for that over
+    situations, one without delay. Neither has a cost of repetition.
     """
     layer = model.control
-    tone, given = layer.tones[NEUTRAL], (layer.cut, layer.rows)
-    rest = lookahead.rest_values(tone.policy, *given, tone.distances, layer.transitions, layer.discount)
+    delta, hmm = layer.tones[NEUTRAL].distances, model.layer.hmm
+    given = (layer.cut, layer.rows)
+    found = policy.solve(*given, delta, hmm.transitions, layer.discount)
+    rest = lookahead.rest_values(found, *given, delta, hmm.transitions, layer.discount)
     features = inference.features(model.layer, prosody)
+    smoothed = inference.smoothed(model.layer, prosody)
     curve = lookahead.regret_curve(
-        *given, rest, tone.distances,
-        lambda delay: crf.lagged(model.layer.crf, features, delay),
-        inference.smoothed(model.layer, prosody), layer.discount, layer.step_s,
-        range(int(LONGEST_DELAY_S / layer.step_s + 1e-9) + 1),
+        *given, rest, delta, lambda delay: crf.lagged(model.layer.crf, features, delay), smoothed, layer.discount,
+        layer.step_s, range(int(LONGEST_DELAY_S / layer.step_s + 1e-9) + 1),
     )  # fmt: skip
-    return pd.DataFrame(curve, columns=lookahead.Regret._fields)
+    table = pd.DataFrame(curve, columns=lookahead.Regret._fields)
+    table.insert(0, "plan", "states")
+    known = control.solve(layer, delta)
+    weights = situations.Weights(layer.situations).of_each(inference.filtered(model.layer, prosody))
+    path = policy.play(known, layer.cut, layer.rows, weights)
+    cost = library.path_cost(path, *given, delta, smoothed) / len(prosody)
+    own = {"plan": "situations", "delay_ms": 0.0, "cost": cost, "optimum": table["optimum"].iloc[0]}
+    row = pd.DataFrame([own | {"regret": cost / own["optimum"] - 1.0}])
+    return pd.concat([table, row], ignore_index=True)
 
 
 def control_layer(model: Model) -> pd.DataFrame:
@@ -96,7 +116,7 @@ def control_layer(model: Model) -> pd.DataFrame:
     values = {
         "segments": len(layer.kinematics),
         "pieces": len(layer.cut.segment),
-        "hidden_states": len(layer.transitions),
+        "hidden_states": len(model.layer.hmm.mean),
         "library_s": len(layer.library.poses.root_m) / layer.library.fps,
         "iterations": neutral.policy.iterations,
         "undominated_share": policy.undominated_share(neutral.policy, layer.cut, layer.rows),
@@ -116,14 +136,15 @@ def _printed_discount_error(layer: control.Control) -> float:
 
     Segments that may be interrupted after their first step do not; NaN if fewer than two segments do.
     """
-    cut, delta = layer.cut, layer.tones[NEUTRAL].distances
+    cut, known = layer.cut, layer.situations
+    delta = known.distances(layer.tones[NEUTRAL].distances)
     chosen = np.flatnonzero(cut.length[cut.first[:-1]] > 1)
     if len(chosen) < 2:
         return float("nan")
     place = np.flatnonzero(np.isin(cut.segment, chosen))
     part = library.pieces(np.array([cut.end[cut.first[a + 1] - 1] + 1 for a in chosen]))
     costs = layer.rows(slice(None))[np.ix_(place, chosen)]
-    given = (part, costs.__getitem__, delta[chosen], layer.transitions, layer.discount)
+    given = (part, costs.__getitem__, delta[chosen], known.transitions, layer.discount)
     corrected, printed = (policy.solve(*given, discounts).values for discounts in ("corrected", "printed"))
     return float(np.abs(printed / corrected - 1.0).mean())
 
@@ -141,7 +162,8 @@ def decisions(model: Model, prosody: Floats) -> pd.DataFrame:
     layer = model.control
     tone = layer.tones[NEUTRAL]
     player = Player(tone.policy, {}, layer.cut, layer.rows, None, layer.repetition)
-    shown = [player.step(belief) for belief in inference.filtered(model.layer, prosody)]
+    weights = situations.Weights(layer.situations).of_each(inference.filtered(model.layer, prosody))
+    shown = [player.step(weight) for weight in weights]
     rows = [(step, one.segment, one.frame, one.cost, "online") for step, one in enumerate(shown) if one.decided]
     path = offline.animate(layer.cut, layer.rows, tone.distances, inference.smoothed(model.layer, prosody)).path
     starts = np.flatnonzero(path.frame == 0)
@@ -160,7 +182,7 @@ class Timed(NamedTuple):
 def trained_on(model: Model, found: Segments) -> Timed:
     """Train the control layer of another motion library, without styles, as table 1 does."""
     begun = time.process_time()
-    layer = control.build(model.layer, *found, {}, {}, model.control.balance)
+    layer = control.build(model.layer, *found, {}, {}, model.control.balance, model.control.situations)
     return Timed(layer, time.process_time() - begun)
 
 

@@ -26,6 +26,7 @@ from cospeech.synthesis.controller.inference import KINEMATICS, PROSODY, Inferen
 from cospeech.synthesis.controller.library import TABLE_BYTES, Pieces, Rows
 from cospeech.synthesis.controller.model import Model
 from cospeech.synthesis.controller.policy import Policy
+from cospeech.synthesis.controller.situations import Situations
 from cospeech.synthesis.controller.style import Transform
 
 MOTION = "motion~"
@@ -37,6 +38,7 @@ Tables = Mapping[str, pd.DataFrame]
 def to_tables(model: Model) -> dict[str, pd.DataFrame]:
     """Return the model as tables, with the names and schemas that the declaration lists."""
     layer, made = model.layer, model.control
+    plan, tones = made.situations, made.tones
     found = {
         "controller": _settings(model),
         "scales": pd.concat(
@@ -61,11 +63,18 @@ def to_tables(model: Model) -> dict[str, pd.DataFrame]:
         "states": pd.DataFrame(
             {"n_states": [*model.held_out], "log_likelihood": [float(value) for value in model.held_out.values()]}
         ).astype({"n_states": "int64", "log_likelihood": "float64"}),
+        "situations": _matrix(
+            {"situation": len(plan.beliefs), "state": len(layer.hmm.mean)}, probability=plan.beliefs
+        ),
+        "situation_chain": _matrix(
+            dict.fromkeys(("situation", "next_situation"), len(plan.beliefs)), probability=plan.transitions
+
+        ),
         "library": made.library.table,
         "kinematics": _kinematics(made.kinematics),
         "styles": _styles(made.tones),
-        "delta": _by_style({name: tone.distances for name, tone in made.tones.items()}, "segment", "distance"),
-        "policy": _by_style({name: tone.policy.values for name, tone in made.tones.items()}, "piece", "value"),
+        "delta": _by_style({name: one.distances for name, one in tones.items()}, "segment", "state", "distance"),
+        "policy": _by_style({name: one.policy.values for name, one in tones.items()}, "piece", "situation", "value"),
         "convergence": pd.DataFrame(
             {
                 "style": [*made.tones],
@@ -105,14 +114,25 @@ def from_tables(tables: Tables) -> Model:
         scalars["discounts"],
     )
     delta = _from_by_style(tables["delta"], "distance", n_states)
-    values = _from_by_style(tables["policy"], "value", n_states)
+    plan = Situations(
+        _numbers(tables["situations"]["probability"]).reshape(-1, n_states),
+        _square(tables["situation_chain"]["probability"], len(tables["situations"]) // n_states),
+    )
+    values = _from_by_style(tables["policy"], "value", len(plan.beliefs))
     transforms = _from_styles(tables["styles"])
     keywords = {
         str(word): tuple(int(a) for a in rows["segment"])
         for word, rows in tables["keywords"].groupby("word", sort=False)
     }
     made = control.without_policies(
-        layer, library, int(scalars["frames_per_step"]), kinematics, delta[control.NEUTRAL], keywords, balance
+        layer,
+        library,
+        int(scalars["frames_per_step"]),
+        kinematics,
+        delta[control.NEUTRAL],
+        keywords,
+        balance,
+        plan,
     )
     made = made._replace(rows=_from_costs(tables, made.cut) or made.rows)
     tones = {
@@ -185,10 +205,10 @@ def _kinematics(values: Floats) -> pd.DataFrame:
     return table
 
 
-def _by_style(arrays: Mapping[str, Floats], axis: str, name: str) -> pd.DataFrame:
+def _by_style(arrays: Mapping[str, Floats], axis: str, other: str, name: str) -> pd.DataFrame:
     parts = []
     for style, values in arrays.items():
-        part = _matrix({axis: len(values), "state": values.shape[1]}, **{name: values})
+        part = _matrix({axis: len(values), other: values.shape[1]}, **{name: values})
         part.insert(0, "style", style)
         parts.append(part)
     return pd.concat(parts, ignore_index=True)
