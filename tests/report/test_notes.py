@@ -97,8 +97,8 @@ def test_where_the_actual_phrases_come_from(config, records, annotations, says, 
         ({"world": "all", "coupling": 0, "couplings": {"vigour": 0.5}}, "(coupling 0; vigour: 0.5)", "does not"),
         ({"actors": [{"actor": "ada"}, {"actor": "eda"}, {"actor": "deniz", "world": "vigour", "coupling": 0.5}]},
          "By design, what speech tells differs between the actors: that of ada and eda predicts gesture in 80 % of "
-         "the phrases (coupling 0.8); that of deniz tells how vigorously the hands move in 50 % of the time (coupling "
-         "0.5).", "of all"),
+         "the phrases (coupling 0.8); that of deniz tells how vigorously the hands move in 50 % of the time "
+         "(coupling 0.5).", "of all"),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_said_of_every_world(settings, says, silent):
