@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -56,8 +57,8 @@ def cells(run: Run, differences: pd.DataFrame, worlds: dict[str, ActorWorld]) ->
     Returns
     -------
     One row per system, actor and measure with the columns system, title, actor, world, coupling, measure, phrases,
-    advantage, low, high, n (records), expected and found. ``expected`` is ``gain`` where the system assumes what the
-    actor's world plants and the measure can show it, ``none`` where the coupling is 0, and empty elsewhere.
+    advantage, low, high, p_value, n (records), expected and found. ``expected`` is ``gain`` where the system assumes
+    what the actor's world plants and the measure can show it, ``none`` where the coupling is 0, and empty elsewhere.
     ``found`` is ``gain`` or ``loss`` where the whole interval is above or below 0, ``none`` where it contains 0, and
     empty where there is no interval.
     """
@@ -73,7 +74,7 @@ def cells(run: Run, differences: pd.DataFrame, worlds: dict[str, ActorWorld]) ->
                 if len(at):
                     rows.append(_cell(system, actor, world, measure, at.iloc[0]))
     columns = ["system", "title", "actor", "world", "coupling", "measure", "phrases",
-               "advantage", "low", "high", "n", "expected", "found"]  # fmt: skip
+               "advantage", "low", "high", "p_value", "n", "expected", "found"]  # fmt: skip
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -93,6 +94,7 @@ def _cell(system: System, actor: str, world: ActorWorld, measure: str, row: pd.S
         "advantage": row["difference"],
         "low": low,
         "high": high,
+        "p_value": row["p_value"],
         "n": row["n"],
         "expected": "none" if not coupled else "gain" if gains else "",
         "found": "" if pd.isna(low) else "gain" if low > 0.0 else "loss" if high < 0.0 else "none",
@@ -136,7 +138,8 @@ def _figure(numbers: pd.DataFrame) -> Figure:
         for column, actor in enumerate(actors["actor"]):
             own = numbers[(numbers["system"] == system) & (numbers["actor"] == actor)]
             _panel(axes[row, column], own)
-        axes[row, 0].set_ylabel(titles["title"].iloc[row].replace(", ", ",\n").replace(" (", "\n("), fontsize=8)
+        title = textwrap.fill(titles["title"].iloc[row], 12)
+        axes[row, 0].set_ylabel(title, rotation=0, ha="right", va="center", fontweight="bold")
     for column, (world, coupling) in enumerate(zip(actors["world"], actors["coupling"], strict=True)):
         axes[0, column].set_title(f"{world},\ncoupling {coupling:g}")
     axes[0, 0].set_yticks(range(len(MEASURES)), [words.MEASURES[name].title for name in MEASURES])

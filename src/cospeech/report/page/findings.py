@@ -246,11 +246,16 @@ def _in_worlds(cells: pd.DataFrame, level: float) -> list[Finding]:
     cells : the cross table of systems and worlds, as ``exhibits.worlds.cells`` returns it.
     level : level of the intervals.
     """
-    decided = cells[cells["found"].isin(["gain", "loss", "none"])]
+    decided = cells[cells["found"].isin(["gain", "loss", "none"]) & (cells["n"] >= FEWEST_RECORDS)]
     at_home, uncoupled = (decided[decided["expected"] == name] for name in ("gain", "none"))
     if decided.empty:
-        return [Finding("The actors of the worlds have too few records for intervals.", ["no cell can be judged"])]
-    missed, spurious = at_home[at_home["found"] != "gain"], uncoupled[uncoupled["found"] != "none"]
+        return [
+            Finding(
+                "The actors of the worlds have too few records to tell where systems gain from speech.",
+                [f"that takes at least {FEWEST_RECORDS} records of each"],
+            )
+        ]
+    missed = at_home[at_home["found"] != "gain"]
     losses = decided[(decided["found"] == "loss") & (decided["expected"] == "")]
     found = []
     if len(at_home):
@@ -270,14 +275,24 @@ def _in_worlds(cells: pd.DataFrame, level: float) -> list[Finding]:
             Finding(f"Deviation: {_of_cell(row)}, “{row['title']}” does worse by its own speech.", [_in_world(row)])
         )
     if len(uncoupled):
-        claim = (
-            f"At coupling 0, {len(spurious)} of {words.counted(len(uncoupled), 'interval')} "
-            f"{'excludes' if len(spurious) == 1 else 'exclude'} 0; by chance, about "
-            f"{(1 - level) * len(uncoupled):.1f} would."
-        )
-        evidence = [f"deviation: {_in_world(row)}" for _, row in spurious.iterrows()]
-        found.append(Finding(claim, evidence or ["every interval contains 0, as it should"]))
+        found.append(_uncoupled(uncoupled, level))
     return found
+
+
+def _uncoupled(cells: pd.DataFrame, level: float) -> Finding:
+    """Return how many systems seem to gain or lose by speech at coupling 0, where it tells nothing."""
+    judged = cells.assign(p_corrected=bootstrap.holm(cells["p_value"].to_numpy(dtype=float)))
+    deviating = judged[judged["found"] != "none"]
+    certain = int((deviating["p_corrected"] <= 1 - level).sum())
+    exclude, remain = "excludes" if len(deviating) == 1 else "exclude", "remains" if certain <= 1 else "remain"
+    claim = (
+        f"At coupling 0, {len(deviating)} of {words.counted(len(judged), 'interval')} {exclude} 0; by chance, about "
+        f"{(1 - level) * len(judged):.1f} would. Corrected for the number of comparisons, "
+        f"{words.counted(certain, 'deviation') if certain else 'no deviation'} {remain}."
+    )
+    evidence = [f"deviation: {_in_world(row)}{_p_value(row['p_corrected'])} (corrected)"
+                for _, row in deviating.iterrows()]  # fmt: skip
+    return Finding(claim, evidence or ["every interval contains 0, as it should"])
 
 
 def _beaten(cells: pd.DataFrame) -> list[tuple[pd.Series, pd.Series]]:
