@@ -117,8 +117,8 @@ def test_the_findings_name_every_deviation_and_no_other():
     }
     assert claims(deviating) == [
         "Where speech tells what a system assumes, it gains from speech in 5 of 6 measures.",
-        "Deviation: in hand speed r in the world vigour at coupling 0.8, “Mover” does not gain from the speech that it "
-        "assumes.",
+        "Deviation: in hand speed r in the world vigour at coupling 0.8, “Mover” does not gain from the speech that "
+        "it assumes.",
         "Deviation: in kappa in the world phrases at coupling 0.8, “Speaker” gains more than “Chain”, whose "
         "world it is.",
         "Deviation: in kappa in the world vigour at coupling 0.8, “Chain” does worse by its own speech.",
