@@ -28,8 +28,8 @@ all files are of the same one. Without MOTIONS, it keeps the motion that it has,
 which is useful to give it --keywords.
 
 Gestures are movements of the hands. On bodies other than that of cospeech, the
-end effectors that move fastest are taken for hands, unless --hands names them.
-Their positions are scaled by the ratio of the lengths of arms."""
+end effectors that move fastest are taken for hands, unless --hands names them,
+and the body's own slow and fast movements stand for those of a person."""
 
 EPILOG = """\
 examples:

@@ -11,7 +11,7 @@ from cospeech.motion import skeleton
 from cospeech.synthesis import live
 from cospeech.synthesis.controller import SYSTEMS, inference, offline, online, policy, steps, whole
 from cospeech.synthesis.controller.library import path_cost
-from cospeech.synthesis.controller.model import with_library
+from cospeech.synthesis.controller.model import Segments, matched, with_library
 from cospeech.synthesis.controller.semantics import Player, Repetition
 from cospeech.synthesis.controller.situations import Weights
 from cospeech.synthesis.session import Trained, fault, perform, table_fault
@@ -251,3 +251,16 @@ def test_a_recording_that_is_shown_as_it_is_stays_as_it_is(actor, model):
         assert same.min() > 1.0 - 1e-9
         np.testing.assert_allclose(shown.root_m, recorded.root_m[: len(made)], atol=1e-9)
     assert skeleton.frame_rate(actor.motions["r0"]) == FPS
+
+
+def test_the_kinematics_of_another_body_get_the_range_of_the_training_records(model):
+    own, layer = model.control, model.layer
+    rng = np.random.default_rng(7)
+    found = Segments(own.library, own.per_step, 3.0 + 0.2 * rng.normal(size=own.kinematics.shape))
+    y = layer.kinematics.apply(matched(layer, found).kinematics)
+    lengths = own.library.end - own.library.start
+    np.testing.assert_allclose(np.average(y, axis=0, weights=lengths), 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.average(y**2, axis=0, weights=lengths), 1.0)
+    np.testing.assert_array_equal(np.argsort(y[:, 2]), np.argsort(found.kinematics[:, 2]))
+    constant = matched(layer, found._replace(kinematics=np.ones_like(own.kinematics)))
+    np.testing.assert_allclose(constant.kinematics, np.tile(layer.kinematics.mean, (len(y), 1)))

@@ -22,11 +22,11 @@ SECTIONS = ("head", "arms", "legs")
 
 
 BLENDING = ("velocity", "smooth")
-"""How subunits are joined: by the velocity-preserving blending of 5.5, or by smooth transitions (``motion.blending``).
+"""How subunits are joined: by the velocity-preserving blending of 5.5, or smoothly (``motion.blending.Transitions``).
 
 On the actors of the demo, who stand still, 95 and 96 % of the joins stay within the accelerations of the recorded
-motion, and the arms touch the trunk with smooth transitions only. Where the actor steps and turns (BEAT2, scott),
-10 and 40 % do.
+motion, and only smooth transitions make the arms touch the trunk. Where the actor steps and turns (BEAT2, scott), 10
+and 40 % of the joins do.
 """
 
 

@@ -86,11 +86,12 @@ class Player:
         """Return the frames of motion up to the end of a prosody frame, (n, 3 + 4 J)."""
         time_s = (heard.frame + 1) * self._frame_s
         observed = self.listener.hear(time_s, heard.syllables)
+        end = int(time_s * self._fps + 0.5 + 1e-9)
+        if not observed:
+            return self._frames(end, *NOTHING)
         passed_s = np.zeros(len(observed))
-        if observed:
-            passed_s[0], self._observed_s = time_s - self._observed_s, time_s
-        numbers = np.array([one.observation for one in observed], dtype=np.int64)
-        return self._frames(int(time_s * self._fps + 0.5 + 1e-9), numbers, passed_s)
+        passed_s[0], self._observed_s = time_s - self._observed_s, time_s
+        return self._frames(end, np.array([one.observation for one in observed], dtype=np.int64), passed_s)
 
     def frames(self, end: int) -> Floats:
         """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""

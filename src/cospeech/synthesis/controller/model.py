@@ -17,6 +17,7 @@ import pandas as pd
 from cospeech.data.arrays import Floats
 from cospeech.data.rng import random_source
 from cospeech.errors import UserError
+from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Library
 from cospeech.synthesis.controller import control, inference, situations, steps, style
 from cospeech.synthesis.controller.clusters import Range
@@ -185,10 +186,25 @@ def tones(layer: Inference, phases: pd.DataFrame) -> dict[str, Transform]:
     return {name: style.fit(y, y[np.isin(stretch, stretches)], floor) for name, stretches in chosen.items()}
 
 
+def matched(layer: Inference, found: Segments) -> Segments:
+    """Return a library of another body with kinematic parameters in the range of the training records.
+
+    The paper does not say how the kinematics of an octopus compare with those of a person (9.2). Taken as they are,
+    one segment may be nearest to all hidden states. Here each parameter gets the mean and the standard deviation
+    that it has in the training records, so that the body's own slow and fast movements stand for those of a person.
+    """
+    lengths = found.library.end - found.library.start
+    mean = np.average(found.kinematics, axis=0, weights=lengths)
+    sd = np.sqrt(np.average((found.kinematics - mean) ** 2, axis=0, weights=lengths))
+    y = (found.kinematics - mean) / np.where(sd > 0.0, sd, 1.0)
+    return found._replace(kinematics=layer.kinematics.mean + layer.kinematics.sd * y)
+
+
 def with_library(model: Model, found: Segments | None, keywords: Mapping[str, Sequence[int]]) -> Model:
     """Return the controller with another motion library and keywords (Levine et al. 2010, 9.2).
 
-    The inference layer and the styles stay; the control layer is new.
+    The inference layer and the styles stay; the control layer is new. The kinematic parameters of another body than
+    ``STANDARD`` are ``matched``.
 
     Parameters
     ----------
@@ -201,6 +217,8 @@ def with_library(model: Model, found: Segments | None, keywords: Mapping[str, Se
     """
     own = model.control
     segments = found or Segments(own.library, own.per_step, own.kinematics)
+    if found is not None and found.library.body is not STANDARD:
+        segments = matched(model.layer, found)
     transforms = {name: tone.transform for name, tone in own.tones.items() if tone.transform is not None}
     return model._replace(
         control=control.build(model.layer, *segments, transforms, keywords, own.balance, own.situations)

@@ -30,7 +30,7 @@ from cospeech.synthesis.controller import (
 )
 from cospeech.synthesis.controller.clusters import Range
 from cospeech.synthesis.controller.control import NEUTRAL
-from cospeech.synthesis.controller.model import FASTEST, Model, Segments, Steps, segments_of, steps_of
+from cospeech.synthesis.controller.model import FASTEST, Model, Segments, Steps, segments_of, steps_of, with_library
 from cospeech.synthesis.controller.semantics import Player
 from cospeech.synthesis.controller.style import combination_error
 from cospeech.synthesis.interface import Speech, Training
@@ -181,8 +181,10 @@ class Timed(NamedTuple):
 
 def trained_on(model: Model, found: Segments) -> Timed:
     """Train the control layer of another motion library, without styles, as table 1 does."""
+    neutral = {NEUTRAL: model.control.tones[NEUTRAL]}
+    bare = model._replace(control=model.control._replace(tones=neutral))
     begun = time.process_time()
-    layer = control.build(model.layer, *found, {}, {}, model.control.balance, model.control.situations)
+    layer = with_library(bare, found, {}).control
     return Timed(layer, time.process_time() - begun)
 
 
