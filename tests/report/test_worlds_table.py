@@ -133,7 +133,7 @@ def test_without_intervals_or_records_nothing_is_claimed(n_records):
     if not n_records:
         table = table.assign(low=np.nan, high=np.nan)
     cells = worlds.cells(RUN, table, WORLDS)
-    assert n_records or set(cells["found"]) == {""}
+    assert n_records or set(cells["found"]) == {"unknown"}
     (finding,) = findings._in_worlds(cells, 0.95)
     assert "too few records" in finding.claim
 

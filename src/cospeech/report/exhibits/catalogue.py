@@ -17,7 +17,7 @@ SECTIONS = (
     Section("capture", "From film to joint angles", "Capture"),
     Section("watch", "Watch", "Watch"),
     Section("scores", "Scores", "Scores"),
-    Section("worlds", "Every system in every world", "Worlds"),
+    Section("every_world", "Every system in every world", "Worlds"),
     Section("voice", "Another voice", "Another voice"),
     Section("thesis", "The experiments of the thesis", "Thesis"),
     Section("controller", "The experiments on gesture controllers", "Gesture controllers"),
@@ -141,7 +141,7 @@ EXHIBITS = (
         sources={"differences": "differences"}, settings={"bins_s": BINS_S},
     ),
     Exhibit(
-        "worlds", "worlds", "worlds:draw",
+        "worlds", "every_world", "worlds:draw",
         sources={"differences": "differences"}, settings={"studio": "studio"},
         needs=("worlds",), show="worlds:table",
     ),

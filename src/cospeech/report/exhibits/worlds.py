@@ -58,9 +58,9 @@ def cells(run: Run, differences: pd.DataFrame, worlds: dict[str, ActorWorld]) ->
     -------
     One row per system, actor and measure with the columns system, title, actor, world, coupling, measure, phrases,
     advantage, low, high, p_value, n (records), expected and found. ``expected`` is ``gain`` where the system assumes
-    what the actor's world plants and the measure can show it, ``none`` where the coupling is 0, and empty elsewhere.
-    ``found`` is ``gain`` or ``loss`` where the whole interval is above or below 0, ``none`` where it contains 0, and
-    empty where there is no interval.
+    what the actor's world plants and the measure can show it, ``none`` where the coupling is 0, and otherwise
+    ``open``. ``found`` is ``gain`` or ``loss`` where the whole interval is above or below 0, ``none`` where it
+    contains 0, and ``unknown`` where there is no interval.
     """
     interior = differences[differences["part"] == "interior"]
     rows = []
@@ -96,14 +96,13 @@ def _cell(system: System, actor: str, world: ActorWorld, measure: str, row: pd.S
         "high": high,
         "p_value": row["p_value"],
         "n": row["n"],
-        "expected": "none" if not coupled else "gain" if gains else "",
-        "found": "" if pd.isna(low) else "gain" if low > 0.0 else "loss" if high < 0.0 else "none",
+        "expected": "none" if not coupled else "gain" if gains else "open",
+        "found": "unknown" if pd.isna(low) else "gain" if low > 0.0 else "loss" if high < 0.0 else "none",
     }
 
 
 def table(run: Run, numbers: pd.DataFrame) -> Table:
     """Return the cross table for the page; an asterisk marks intervals that exclude 0."""
-    numbers = numbers.fillna({"expected": "", "found": ""})
     actors = numbers.drop_duplicates("actor")
     rows = []
     for (system, measure), group in numbers.groupby(["system", "measure"], sort=False):
@@ -150,7 +149,7 @@ def _figure(numbers: pd.DataFrame) -> Figure:
 
 def _panel(axes: Axes, own: pd.DataFrame) -> None:
     places = [MEASURES.index(measure) for measure in own["measure"]]
-    colours = own["found"].map({"gain": style.BLUE, "loss": style.VERMILLION}).fillna(style.FAINT).tolist()
+    colours = [{"gain": style.BLUE, "loss": style.VERMILLION}.get(found, style.FAINT) for found in own["found"]]
     inside = np.where(own["found"].isin(["gain", "loss"]), colours, style.PAPER)
     axes.hlines(places, own["low"], own["high"], colors=colours, lw=1.6)
     axes.scatter(own["advantage"], places, s=20, facecolors=inside.tolist(), edgecolors=colours, zorder=3)

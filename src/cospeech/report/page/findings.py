@@ -256,7 +256,7 @@ def _in_worlds(cells: pd.DataFrame, level: float) -> list[Finding]:
             )
         ]
     missed = at_home[at_home["found"] != "gain"]
-    losses = decided[(decided["found"] == "loss") & (decided["expected"] == "")]
+    losses = decided[(decided["found"] == "loss") & (decided["expected"] == "open")]
     found = []
     if len(at_home):
         claim = (
@@ -303,7 +303,7 @@ def _beaten(cells: pd.DataFrame) -> list[tuple[pd.Series, pd.Series]]:
     found = []
     for _, group in cells.groupby(["actor", "measure"], sort=False):
         own = group[group["expected"] == "gain"]
-        others = group[(group["expected"] == "") & (group["found"] == "gain")]
+        others = group[(group["expected"] == "open") & (group["found"] == "gain")]
         if len(own) and len(others):
             best, other = (rows.sort_values("advantage").iloc[-1] for rows in (own, others))
             if other["advantage"] > best["high"]:
