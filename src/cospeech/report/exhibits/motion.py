@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from cospeech.report import style
 from cospeech.report.exhibits.run import Drawing, Run
+from cospeech.report.systems import matched
 
 FILTERS = {
     "none": ("none", style.INK),
@@ -38,9 +39,12 @@ def speeds(run: Run, statistics: pd.DataFrame, histograms: pd.DataFrame) -> Draw
     Parameters
     ----------
     statistics, histograms : the tables ``motion_statistics`` and ``motion_histograms``.
+
+    Matched controls are in the table only: they are the same systems, and move alike.
     """
     summary = distances(statistics)
-    return Drawing(summary, figure(histograms, summary, run.titles))
+    drawn, counted = (table[~table["system"].isin(matched(run.systems))] for table in (summary, histograms))
+    return Drawing(summary, figure(counted, drawn, run.titles))
 
 
 def smoothing_figure(trial: pd.DataFrame) -> Figure:
@@ -98,7 +102,8 @@ def figure(histograms: pd.DataFrame, summary: pd.DataFrame, titles: dict[str, st
     quantities = list(dict.fromkeys(histograms["quantity"]))
     systems = [name for name in dict.fromkeys(histograms["system"]) if name != "original"]
     colours = style.system_colours(systems)
-    drawn, axes = style.figure(4.6, 2, len(quantities), gridspec_kw={"height_ratios": [1.5, 1]})
+    lower = 0.24 * (len(systems) + 1)
+    drawn, axes = style.figure(3.2 + lower, 2, len(quantities), gridspec_kw={"height_ratios": [1.5, lower]})
     wrists = histograms[histograms["joint"].isin(JOINTS)]
     for column, quantity in enumerate(quantities):
         own = wrists[wrists["quantity"] == quantity]

@@ -12,7 +12,7 @@ import pandas as pd
 from cospeech.metrics import bootstrap
 from cospeech.report import words
 from cospeech.report.scores import common_phrases, own_phrases
-from cospeech.report.systems import System, Systems, driven, first_ceiling, general_controls
+from cospeech.report.systems import System, Systems, driven, first_ceiling, general_controls, matched
 from cospeech.report.words import number
 
 FEWEST_RECORDS = 4
@@ -145,6 +145,8 @@ def _speech(system: System, pooled: pd.DataFrame, compared: pd.DataFrame, system
     verdicts: dict[str, dict[str, str]] = {measure: {} for measure in STATED}
     for name in _controls(system, systems):
         rows = _stated(compared, system.name, name)
+        if not rows:  # one plans phrases, and the other only moves
+            continue
         for measure, row in rows.items():
             verdicts[measure][name] = verdict(row, words.MEASURES[measure].better, level)
         evidence.append(f"minus {_named([name], system, systems)}{_draws(pooled, name)}: {_numbers(rows)}")
@@ -176,7 +178,7 @@ def _numbers(rows: dict[str, pd.Series]) -> str:
     return ", ".join(
         f"{measure} {with_interval(row, 'difference', ' s' if measure == 'D' else '')}{_p_value(row['p_corrected'])}"
         for measure, row in rows.items()
-    ) or "undefined"  # fmt: skip
+    )
 
 
 def _p_value(value: float) -> str:
@@ -421,7 +423,7 @@ def _recovered(summary: pd.DataFrame) -> Finding:
 
 def _moved(summary: pd.DataFrame, systems: Systems) -> Finding:
     speed = summary[summary["quantity"] == "speed"].dropna(subset=["hellinger"])
-    made = speed[speed["system"].isin(systems)]
+    made = speed[speed["system"].isin(systems.keys() - matched(systems))]
     other = speed.loc[speed["system"] == "another original"].iloc[0]
     within = bool((made["hellinger"] <= other["highest"]).all())
     distances = [f"{systems[name].title} {number(value)}"
