@@ -95,10 +95,15 @@ def test_where_the_actual_phrases_come_from(config, records, annotations, says, 
          "tells how vigorously the hands move in 80 % of the time (coupling 0.8).", "predicts"),
         ({"coupling": 0}, "speech does not predict gesture, so that no system should beat its controls", "80 %"),
         ({"world": "all", "coupling": 0, "couplings": {"vigour": 0.5}}, "(coupling 0; vigour: 0.5)", "does not"),
+        ({"actors": [{"actor": "ada"}, {"actor": "eda"}, {"actor": "deniz", "world": "vigour", "coupling": 0.5}]},
+         "By design, what speech tells differs between the actors: that of ada and eda predicts gesture in 80 % of "
+         "the phrases (coupling 0.8); that of deniz tells how vigorously the hands move in 50 % of the time "
+         "(coupling 0.5).", "of all"),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_said_of_every_world(settings, says, silent):
-    studio = {"world": "phrases", "sound": True, "motion": False, "coupling": 0.8, "couplings": {}} | settings
+    studio = {"world": "phrases", "sound": True, "motion": False, "coupling": 0.8, "couplings": {}}
+    studio |= {"actors": [{"actor": "ada"}]} | settings
     text = said(CONFIG | {"corpus": {"source": "studio"}, "studio": studio}, RECORDS, NOBODY)
     assert says in text
     assert silent not in text

@@ -73,7 +73,7 @@ def test_coupling_interpolates_emissions_between_marginal_and_gesture_distributi
 
 def test_tables_match_their_schemas_and_contain_every_actor():
     members = [cast.member(actor, 5, FRAME_S, 10.0) for actor in ("ada", "deniz")]
-    made = cast.tables(members, 0.8, FRAME_S)
+    made = cast.tables(members, dict.fromkeys((m.actor for m in members), 0.8), FRAME_S)
     groups = {"initial": [], "transitions": ["from_gesture"], "emissions": ["gesture"], "durations": ["gesture"]}
     for name, table in made.items():
         tables.validate(table, name, name)

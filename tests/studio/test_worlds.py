@@ -79,12 +79,34 @@ def test_a_scene_is_complete_reproducible_and_matches_its_schemas(world):
 @pytest.mark.parametrize("world", WORLDS)
 def test_what_is_planted_of_actors_matches_its_schemas(world):
     players = {actor: scenes.player(actor, world, SEED, FRAME_S, 10.0) for actor in ("ada", "deniz")}
-    planted = scenes.truth(players, worlds.couplings(world, 0.8, {}))
+    planted = scenes.truth(players, dict.fromkeys(players, worlds.couplings(world, 0.8, {})))
     assert ("arousal_states" in planted) == (world != "syllables")
     assert ("subunit_kinds" in planted) == (world != "vigour")
     for name, table in planted.items():
         tables.validate(table, name, name)
         assert set(table["actor"]) == {"ada", "deniz"}
+
+
+def test_actors_of_different_worlds_share_tables_and_keep_their_own_scenes_and_couplings():
+    """Each scene comes back from the union of the tables as it was, whatever the order of the worlds."""
+    named = {world: scenes.player(f"in {world}", world, SEED, FRAME_S, 10.0) for world in ("phrases", *WORLDS)}
+    own = {world: worlds.couplings(world, 0.1 * k, {}) for k, world in enumerate(named)}
+    written = {w: scenes.write(player, f"{w}_1", 60.0, own[w], FRAME_S, SEED) for w, player in named.items()}
+    for order in itertools.permutations(written):
+        union = scenes.tables([written[world] for world in order])
+        assert set(union) == set(scenes.TABLES)
+        for world, one in written.items():
+            restored = scenes.of_record(union, f"{world}_1")
+            for attribute, _ in scenes.TABLES.values():
+                expected, found = getattr(one, attribute), getattr(restored, attribute)
+                assert (expected is None) == (found is None)
+                if expected is not None:
+                    pd.testing.assert_frame_equal(found, expected)
+    planted = scenes.truth({f"in {world}": player for world, player in named.items()},
+                           {f"in {world}": couplings for world, couplings in own.items()})  # fmt: skip
+    states = planted["arousal_states"].groupby("actor")["coupling"].unique().map(list).to_dict()
+    assert states == {"in vigour": [0.1], "in all": [pytest.approx(0.3)]}
+    assert set(planted["subunit_kinds"]["actor"]) == {"in syllables", "in all"}
 
 
 # Arousal

@@ -47,6 +47,12 @@ def cast(count=1, **keys):
     return changed(studio__actors=[actor | {"actor": f"a{number}"} | keys for number in range(count)])
 
 
+def in_worlds(*names):
+    """Return actors who live in these worlds."""
+    actor = {"voice": "Male1", "records": 2, "duration_s": 60}
+    return [actor | {"actor": f"a{number}", "world": world} for number, world in enumerate(names)]
+
+
 def calibrated(**keys):
     return changed(**{f"capture__calibration__{key}": value for key, value in keys.items()})
 
@@ -79,6 +85,16 @@ def test_every_configuration_that_we_ship_is_valid(path):
             "studio.world: 'vigour' is about how the body moves; set studio.motion to true",
         ),
         (changed(studio__couplings={"vigour": 0.5}), "studio.couplings are those of the parts of the world 'all'"),
+        (cast(count=2, world="both"), "config: studio.actors.0.world: 'both' is not one of"),
+        (cast(count=2, coupling=-1), "config: studio.actors.0.coupling: -1 is less than the minimum of 0"),
+        (
+            changed(studio__sound=False, studio__film=False, studio__actors=in_worlds("phrases", "syllables")),
+            "studio.world: 'syllables' is about how the body moves; set studio.motion to true",
+        ),
+        (
+            changed(studio__world="all", studio__couplings={"vigour": 0.5}, studio__actors=in_worlds("vigour")),
+            "studio.couplings are those of the parts of the world 'all'",
+        ),
         (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
         (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),
@@ -129,6 +145,16 @@ def test_mistakes_are_named_in_one_line(config, complaint):
         configuration.check(config)
     assert complaint in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_actors_have_worlds_and_couplings_of_their_own_or_those_of_the_studio():
+    studio = {"world": "all", "coupling": 0.8, "couplings": {"vigour": 0.5}}
+    actors = [{"actor": "a"}, {"actor": "b", "world": "vigour"}, {"actor": "c", "coupling": 0}]
+    assert configuration.actor_worlds(studio | {"actors": actors}) == {
+        "a": ("all", 0.8, {"vigour": 0.5}),
+        "b": ("vigour", 0.8, {}),
+        "c": ("all", 0, {}),
+    }
 
 
 def test_whole_numbers_with_a_decimal_point_are_read_as_whole():

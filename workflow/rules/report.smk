@@ -13,6 +13,7 @@ REPORTED = {
         "swept": name in SWEPT,
         "plans": system.makes == "phrases",
         "origin": CHOSEN.origins.get(system.decoder),
+        "source": system.source,
     }
     for name, system in SYSTEMS.items()
 }
@@ -34,6 +35,7 @@ MET = [
         "takes": CAPTURED,
         "filmed": FILMED,
         "virtual": VIRTUAL,
+        "worlds": len({own.world for own in WORLDS.values()}) > 1,
     }.items()
     if met
 ] + [condition.name for condition in declared.CONDITIONS if condition.name in SYSTEMS]

@@ -21,9 +21,11 @@ def scenario_of(wildcards):
     return RECORDS[wildcards.record]["scenario"]
 
 
-# What is planted in records and in their actors. Only the world `phrases` has nothing but the script.
-WORLD = config["studio"]["world"]
-HAS_AROUSAL, HAS_SUBUNITS = WORLD in ("vigour", "all"), WORLD in ("syllables", "all")
+# What is planted in records and in their actors: all that some actor's world needs. Only the world `phrases` has nothing
+# but the script.
+WORLDS = configuration.actor_worlds(config["studio"]) if VIRTUAL else {}
+HAS_AROUSAL = any(own.world in ("vigour", "all") for own in WORLDS.values())
+HAS_SUBUNITS = any(own.world in ("syllables", "all") for own in WORLDS.values())
 PLANTED_IN_RECORDS = [
     "gesture_phrases",
     "prosody_phrases",
@@ -53,9 +55,7 @@ rule studio_script:
     params:
         records={actor: records_of(actor) for actor in ACTORS},
         durations_s={actor["actor"]: actor["duration_s"] for actor in config["studio"]["actors"]},
-        world=WORLD,
-        coupling=config["studio"]["coupling"],
-        couplings=config["studio"]["couplings"],
+        worlds={actor: tuple(own) for actor, own in WORLDS.items()},
         examples=config["studio"]["examples"],
         frame_s=config["speech"]["frame_s"],
         max_duration_s=config["synthesis"]["max_duration_s"],

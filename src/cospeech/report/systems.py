@@ -24,6 +24,7 @@ class System:
     swept : whether it was run at every setting of the sweep.
     plans : whether it plans gesture phrases; the others only make motion, in which phrases are seen.
     origin : the third-party package that brought it, or None.
+    source : where its method is described.
     """
 
     name: str
@@ -34,6 +35,7 @@ class System:
     swept: bool = False
     plans: bool = True
     origin: str | None = None
+    source: str = ""
 
     @property
     def phrases_file(self) -> str:

@@ -7,7 +7,7 @@ the ground truth.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,14 +153,22 @@ def _coupled(rng: np.random.Generator) -> Floats:
     return rows
 
 
-def tables(cast: list[Member], coupling: float, frame_s: float) -> dict[str, pd.DataFrame]:
-    """Return the planted model of the whole cast: the tables initial, transitions, emissions and durations."""
+def tables(cast: list[Member], couplings: Mapping[str, float], frame_s: float) -> dict[str, pd.DataFrame]:
+    """Return the planted model of the whole cast: the tables initial, transitions, emissions and durations.
+
+    Parameters
+    ----------
+    cast : the cast.
+    couplings : the coupling of gestures and prosody patterns of each actor, by name.
+    frame_s : spacing of prosody frames.
+    """
     gestures = np.array(GESTURES, dtype=object)
     return {
         "initial": _stack(cast, lambda m: {"gesture": gestures, "probability": m.initial}),
         "transitions": _stack(cast, lambda m: _grid(m.transitions, from_gesture=gestures, to_gesture=gestures)),
         "emissions": _stack(
-            cast, lambda m: _grid(m.emissions(coupling), gesture=gestures, prosody=np.array(NAMES, dtype=object))
+            cast,
+            lambda m: _grid(m.emissions(couplings[m.actor]), gesture=gestures, prosody=np.array(NAMES, dtype=object)),
         ),
         "durations": _stack(cast, lambda m: _duration_rows(m, gestures, frame_s)),
     }

@@ -120,26 +120,42 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
     return Scene(gestures, prosody, table, spoken, shown, moved)
 
 
-def truth(players: dict[str, Player], couplings: Couplings) -> dict[str, pd.DataFrame]:
-    """Return what is planted of the actors besides their gestures, as tables by the name of their schema."""
+def truth(players: Mapping[str, Player], couplings: Mapping[str, Couplings]) -> dict[str, pd.DataFrame]:
+    """Return what is planted of the actors besides their gestures, as tables by the name of their schema.
+
+    Parameters
+    ----------
+    players : the actors, each in its world.
+    couplings : the couplings of each actor.
+    """
     tables: dict[str, pd.DataFrame] = {}
-    models = [own.arousal_model for own in players.values() if own.arousal_model is not None]
-    if models:
-        tables["arousal_states"] = arousal.states_table(models, couplings.vigour or 0.0)
+    states = [
+        arousal.states_table([own.arousal_model], couplings[actor].vigour or 0.0)
+        for actor, own in players.items()
+        if own.arousal_model is not None
+    ]
+    if states:
+        tables["arousal_states"] = pd.concat(states, ignore_index=True)
     streams = {actor: own.streams for actor, own in players.items() if own.streams is not None}
     return tables | (subunits.tables(streams) if streams else {})
 
 
 def tables(scenes: Sequence[Scene]) -> dict[str, pd.DataFrame]:
-    """Return what is planted in records, one table for all of them by each name of ``TABLES`` that the world has."""
-    parts = {name: [getattr(scene, attribute) for scene in scenes] for name, (attribute, _) in TABLES.items()}
-    return {name: pd.concat(part, ignore_index=True) for name, part in parts.items() if part[0] is not None}
+    """Return what is planted in records, one table for all of them by each name of ``TABLES`` that a record has."""
+    parts = {
+        name: [part for scene in scenes if (part := getattr(scene, attribute)) is not None]
+        for name, (attribute, _) in TABLES.items()
+    }
+    return {name: pd.concat(part, ignore_index=True) for name, part in parts.items() if part}
 
 
 def of_record(whole: Mapping[str, pd.DataFrame], record: str) -> Scene:
-    """Return the scene of one record from tables of all records, the inverse of ``tables``."""
+    """Return the scene of one record from tables of all records, the inverse of ``tables``.
+
+    A table without a row of the record belongs to the worlds of other actors, and the scene has None instead.
+    """
     rows = {name: table[table["record"] == record].reset_index(drop=True) for name, table in whole.items()}
-    return Scene(**{TABLES[name][0]: table for name, table in rows.items()})
+    return Scene(**{TABLES[name][0]: table for name, table in rows.items() if len(table)})
 
 
 def _planted(record: str, source: str, drawn: pd.DataFrame) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import functools
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -30,6 +30,37 @@ MOST_HOURS = 1_000
 ANY_SETTINGS = {"type": "object"}
 """The schema of the settings of one system: their names and types are not known here. Whole numbers in it are made
 integers, which settings of other numbers accept, too."""
+
+
+class ActorWorld(NamedTuple):
+    """What is planted in the records of one actor of the studio.
+
+    Attributes
+    ----------
+    world : what depends on speech.
+    coupling : how much of it does, 0 to 1.
+    couplings : coupling of single parts of the world ``all``, where it differs.
+    """
+
+    world: str
+    coupling: float
+    couplings: dict[str, float]
+
+
+def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
+    """Return the world of each actor, from the section ``studio`` of a configuration.
+
+    An actor without a world or coupling of its own has that of the studio. The couplings of single parts apply to
+    actors in the world ``all`` that have no coupling of their own.
+    """
+    return {
+        actor["actor"]: ActorWorld(
+            world := actor.get("world", studio["world"]),
+            actor.get("coupling", studio["coupling"]),
+            dict(studio["couplings"]) if world == "all" and "coupling" not in actor else {},
+        )
+        for actor in studio["actors"]
+    }
 
 
 @functools.cache
@@ -219,11 +250,10 @@ def _impossible(config: Config) -> list[str]:
                 problems.append(
                     "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
                 )
-            if studio["world"] != "phrases":
-                problems.append(
-                    f"studio.world: '{studio['world']}' is about how the body moves; set studio.motion to true"
-                )
-        if studio["couplings"] and studio["world"] != "all":
+            moving = [own.world for own in actor_worlds(studio).values() if own.world != "phrases"]
+            if moving:
+                problems.append(f"studio.world: '{moving[0]}' is about how the body moves; set studio.motion to true")
+        if studio["couplings"] and not any(own.couplings for own in actor_worlds(studio).values()):
             problems.append("studio.couplings are those of the parts of the world 'all'; use studio.coupling")
         if studio["film"] and not studio["sound"]:
             problems.append("studio.film needs studio.sound: without it, nobody is filmed")

@@ -17,6 +17,7 @@ SECTIONS = (
     Section("capture", "From film to joint angles", "Capture"),
     Section("watch", "Watch", "Watch"),
     Section("scores", "Scores", "Scores"),
+    Section("every_world", "Every system in every world", "Worlds"),
     Section("voice", "Another voice", "Another voice"),
     Section("thesis", "The experiments of the thesis", "Thesis"),
     Section("controller", "The experiments on gesture controllers", "Gesture controllers"),
@@ -34,6 +35,7 @@ CONDITIONS = (
     Condition("filmed", "there are no films"),
     Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
+    Condition("worlds", "there are no actors who live in different worlds"),
     Condition(
         "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
     ),
@@ -137,6 +139,11 @@ EXHIBITS = (
     Exhibit(
         "fig-differences", "scores", "differences:draw",
         sources={"differences": "differences"}, settings={"bins_s": BINS_S},
+    ),
+    Exhibit(
+        "worlds", "every_world", "worlds:draw",
+        sources={"differences": "differences"}, settings={"studio": "studio"},
+        needs=("worlds",), show="worlds:table",
     ),
     Exhibit(
         "table-transplant",

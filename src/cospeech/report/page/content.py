@@ -59,6 +59,7 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         recovery=numbers.get("fig-recovery"),
         motion=numbers.get("fig-motion"),
         capture=numbers.get("table-capture"),
+        worlds=numbers.get("worlds"),
     )
     return {
         "run": run,

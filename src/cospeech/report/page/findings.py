@@ -59,6 +59,7 @@ def findings(
     recovery: pd.DataFrame | None = None,
     motion: pd.DataFrame | None = None,
     capture: pd.DataFrame | None = None,
+    worlds: pd.DataFrame | None = None,
 ) -> list[Finding]:
     """Return the findings of a run, most important first.
 
@@ -72,6 +73,7 @@ def findings(
     recovery : numbers of the exhibit ``fig-recovery``, or None.
     motion : numbers of ``fig-motion``, or None.
     capture : numbers of ``table-capture``, or None.
+    worlds : numbers of ``worlds``, or None.
     """
     every = own_phrases(scores, systems)
     pooled = every[every["actor"] == "all"]
@@ -79,6 +81,7 @@ def findings(
     paired = paired[paired["actor"] == "all"]
     n_records = int(pooled["n_records"].max())
     found = _compared(pooled, paired, systems, level) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
+    found += _in_worlds(worlds, level) if worlds is not None else []
     found += _ceiling(pooled, systems, best_published_s)
     found += _easy_distance(pooled, systems)
     found += [_captured(capture)] if capture is not None else []
@@ -235,6 +238,90 @@ def _against(system: System, others: list[System], compared: pd.DataFrame, level
         evidence.append(f"minus “{other.title}”: {_numbers(rows)}")
     claim = "; it ".join(clauses) or "cannot be compared with other systems"
     return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"])
+
+
+def _in_worlds(cells: pd.DataFrame, level: float) -> list[Finding]:
+    """Return where systems gain from speech as their assumptions let expect, and every deviation.
+
+    Parameters
+    ----------
+    cells : the cross table of systems and worlds, as ``exhibits.worlds.cells`` returns it.
+    level : level of the intervals.
+    """
+    decided = cells[cells["found"].isin(["gain", "loss", "none"]) & (cells["n"] >= FEWEST_RECORDS)]
+    at_home, uncoupled = (decided[decided["expected"] == name] for name in ("gain", "none"))
+    if decided.empty:
+        return [
+            Finding(
+                "The actors of the worlds have too few records to tell where systems gain from speech.",
+                [f"that takes at least {FEWEST_RECORDS} records of each"],
+            )
+        ]
+    missed = at_home[at_home["found"] != "gain"]
+    losses = decided[(decided["found"] == "loss") & (decided["expected"] == "open")]
+    found = []
+    if len(at_home):
+        claim = (
+            f"Where speech tells what a system assumes, it gains from speech in {len(at_home) - len(missed)} of "
+            f"{words.counted(len(at_home), 'measure')}."
+        )
+        found.append(Finding(claim, [_in_world(row) for _, row in at_home.iterrows()]))
+    for _, row in missed.iterrows():
+        claim = f"Deviation: {_of_cell(row)}, “{row['title']}” does not gain from the speech that it assumes"
+        found.append(Finding(f"{claim}.", [_in_world(row)]))
+    for row, other in _beaten(decided):
+        claim = f"Deviation: {_of_cell(row)}, “{other['title']}” gains more than “{row['title']}”, whose world it is"
+        found.append(Finding(f"{claim}.", [_in_world(other), _in_world(row)]))
+    for _, row in losses.iterrows():
+        found.append(
+            Finding(f"Deviation: {_of_cell(row)}, “{row['title']}” does worse by its own speech.", [_in_world(row)])
+        )
+    if len(uncoupled):
+        found.append(_uncoupled(uncoupled, level))
+    return found
+
+
+def _uncoupled(cells: pd.DataFrame, level: float) -> Finding:
+    """Return how many systems seem to gain or lose by speech at coupling 0, where it tells nothing."""
+    judged = cells.assign(p_corrected=bootstrap.holm(cells["p_value"].to_numpy(dtype=float)))
+    deviating = judged[judged["found"] != "none"]
+    certain = int((deviating["p_corrected"] <= 1 - level).sum())
+    exclude, remain = "excludes" if len(deviating) == 1 else "exclude", "remains" if certain <= 1 else "remain"
+    claim = (
+        f"At coupling 0, {len(deviating)} of {words.counted(len(judged), 'interval')} {exclude} 0; by chance, about "
+        f"{(1 - level) * len(judged):.1f} would. Corrected for the number of comparisons, "
+        f"{words.counted(certain, 'deviation') if certain else 'no deviation'} {remain}."
+    )
+    evidence = [f"deviation: {_in_world(row)}{_p_value(row['p_corrected'])} (corrected)"
+                for _, row in deviating.iterrows()]  # fmt: skip
+    return Finding(claim, evidence or ["every interval contains 0, as it should"])
+
+
+def _beaten(cells: pd.DataFrame) -> list[tuple[pd.Series, pd.Series]]:
+    """Return each cell in which a gain is expected and another system gains more, with the best of the others.
+
+    A gain is more than another if it lies above the other's whole interval.
+    """
+    found = []
+    for _, group in cells.groupby(["actor", "measure"], sort=False):
+        own = group[group["expected"] == "gain"]
+        others = group[(group["expected"] == "open") & (group["found"] == "gain")]
+        if len(own) and len(others):
+            best, other = (rows.sort_values("advantage").iloc[-1] for rows in (own, others))
+            if other["advantage"] > best["high"]:
+                found.append((best, other))
+    return found
+
+
+def _of_cell(row: pd.Series) -> str:
+    measure = words.MEASURES[row["measure"]].title
+    return f"in {measure} in the world {row['world']} at coupling {row['coupling']:g}"
+
+
+def _in_world(row: pd.Series) -> str:
+    """Return the advantage in one cell of the cross table."""
+    shown = row.rename({"advantage": "difference"})
+    return f"“{row['title']}” {_of_cell(row)}: {with_interval(shown, 'difference')}"
 
 
 def _ceiling(pooled: pd.DataFrame, systems: Systems, best_published_s: float) -> list[Finding]:

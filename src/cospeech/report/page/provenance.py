@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from cospeech.report import words
+from cospeech.workflow.config import ActorWorld, actor_worlds
 
 Config = dict[str, Any]
 
@@ -109,21 +110,33 @@ def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
         if studio["motion"]
         else "A program drew their gestures and the features of their speech; there is neither voice nor body."
     )
-    coupling = studio["coupling"]
-    planned = WORLDS[studio["world"]].format(f"{100 * coupling:g} %")
-    if coupling == 0 and not any(studio["couplings"].values()):
-        planned = "does not predict gesture, so that no system should beat its controls"
-    own = "; ".join(f"{part}: {value:g}" for part, value in studio["couplings"].items())
+    actors_of: dict[str, list[str]] = {}
+    for actor, world in actor_worlds(studio).items():
+        actors_of.setdefault(_planned(world), []).append(actor)
+    if len(actors_of) == 1:
+        planned = f"speech {next(iter(actors_of))}"
+    else:
+        of_actors = (f"that of {words.joined(actors)} {text}" for text, actors in actors_of.items())
+        planned = f"what speech tells differs between the actors: {'; '.join(of_actors)}"
     return Banner(
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size}. {made} By design, speech {planned} (coupling {coupling:g}{own and f'; {own}'}).",
+            f"{size}. {made} By design, {planned}.",
             *(_filmed(config, cameras) if cameras is not None else ()),
             "These numbers show how well the methods recover what was planted. They say nothing about people, and "
             "their values are not comparable with published ones, which come from recordings.",
         ],
     )
+
+
+def _planned(own: ActorWorld) -> str:
+    """Return what the speech of an actor tells about gesture, and how often."""
+    planned = WORLDS[own.world].format(f"{100 * own.coupling:g} %")
+    if own.coupling == 0 and not any(own.couplings.values()):
+        planned = "does not predict gesture, so that no system should beat its controls"
+    parts = "; ".join(f"{part}: {value:g}" for part, value in own.couplings.items())
+    return f"{planned} (coupling {own.coupling:g}{parts and f'; {parts}'})"
 
 
 def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:

@@ -1,0 +1,159 @@
+"""The cross table: what each system gains from speech in each world of the studio."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from cospeech.report import style, words
+from cospeech.report.exhibits.declaration import LEVINE_2009, LEVINE_2010, OZKUL_2012
+from cospeech.report.exhibits.run import Drawing, Run
+from cospeech.report.page.tables import Table
+from cospeech.report.systems import System, driven
+from cospeech.workflow.config import ActorWorld, actor_worlds
+
+MEASURES = ("hand_speed_r", "kappa", "boundary_f1")
+"""What the cross table shows: measures that apply to every system, as they need nothing but its motion."""
+
+ASSUMED_BY = {"phrases": OZKUL_2012, "vigour": LEVINE_2010, "syllables": LEVINE_2009}
+"""The document whose systems assume what a world plants."""
+
+PLANTED = {
+    "phrases": ("kappa", "boundary_f1"),
+    "vigour": ("hand_speed_r",),
+    "syllables": ("hand_speed_r", "kappa", "boundary_f1"),
+}
+"""The measures in which a system can gain from speech that tells what a world plants.
+
+In the world ``phrases``, speech tells which class of gesture is made, and when it changes. In the world ``vigour``,
+it tells how vigorously the hands move, but the form of a gesture is independent of it. In the world ``syllables``, it
+tells both when strokes end and which comes next.
+"""
+
+
+def draw(run: Run, differences: pd.DataFrame, studio: dict[str, Any]) -> Drawing:
+    """Draw the advantage of each system over itself driven by the same speech at a shift, for each actor.
+
+    Parameters
+    ----------
+    differences : the table ``differences``.
+    studio : the section ``studio`` of the configuration.
+    """
+    numbers = cells(run, differences, actor_worlds(studio))
+    return Drawing(numbers, _figure(numbers))
+
+
+def cells(run: Run, differences: pd.DataFrame, worlds: dict[str, ActorWorld]) -> pd.DataFrame:
+    """Return the cells of the cross table on the interior of records.
+
+    The control is the strictest one of a system, which is driven by the record's own speech at a shift. Phrases are
+    those seen in the motion of both; where the control has no motion, they are the planned ones.
+
+    Returns
+    -------
+    One row per system, actor and measure with the columns system, title, actor, world, coupling, measure, phrases,
+    advantage, low, high, p_value, n (records), expected and found. ``expected`` is ``gain`` where the system assumes
+    what the actor's world plants and the measure can show it, ``none`` where the coupling is 0, and otherwise
+    ``open``. ``found`` is ``gain`` or ``loss`` where the whole interval is above or below 0, ``none`` where it
+    contains 0, and ``unknown`` where there is no interval.
+    """
+    interior = differences[differences["part"] == "interior"]
+    rows = []
+    for system in driven(run.systems):
+        own = interior[(interior["system"] == system.name) & interior["other"].isin(system.controls[-1:])]
+        seen = own[own["phrases"] == "seen"]
+        chosen = seen if len(seen) else own
+        for actor, world in worlds.items():
+            for measure in MEASURES:
+                at = chosen[(chosen["actor"] == actor) & (chosen["measure"] == measure)]
+                if len(at):
+                    rows.append(_cell(system, actor, world, measure, at.iloc[0]))
+    columns = ["system", "title", "actor", "world", "coupling", "measure", "phrases",
+               "advantage", "low", "high", "p_value", "n", "expected", "found"]  # fmt: skip
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _cell(system: System, actor: str, world: ActorWorld, measure: str, row: pd.Series) -> dict[str, Any]:
+    coupled = world.coupling > 0.0 or any(world.couplings.values())
+    assumed = ASSUMED_BY.get(world.world)
+    gains = assumed is not None and system.source.startswith(assumed) and measure in PLANTED[world.world]
+    low, high = row["low"], row["high"]
+    return {
+        "system": system.name,
+        "title": system.title,
+        "actor": actor,
+        "world": world.world,
+        "coupling": world.coupling,
+        "measure": measure,
+        "phrases": row["phrases"],
+        "advantage": row["difference"],
+        "low": low,
+        "high": high,
+        "p_value": row["p_value"],
+        "n": row["n"],
+        "expected": "none" if not coupled else "gain" if gains else "open",
+        "found": "unknown" if pd.isna(low) else "gain" if low > 0.0 else "loss" if high < 0.0 else "none",
+    }
+
+
+def table(run: Run, numbers: pd.DataFrame) -> Table:
+    """Return the cross table for the page; an asterisk marks intervals that exclude 0."""
+    actors = numbers.drop_duplicates("actor")
+    rows = []
+    for (system, measure), group in numbers.groupby(["system", "measure"], sort=False):
+        own = group.set_index("actor")
+        found = [_text(own.loc[actor]) if actor in own.index else "–" for actor in actors["actor"]]
+        rows.append([run.titles[str(system)], words.MEASURES[str(measure)].title, *found])
+    return Table.of(["system", "measure", *_headings(actors)], rows, words=(1,))
+
+
+def _headings(actors: pd.DataFrame) -> list[str]:
+    return [
+        f"{actor}: world {world}, coupling {coupling:g}"
+        for actor, world, coupling in zip(actors["actor"], actors["world"], actors["coupling"], strict=True)
+    ]
+
+
+def _text(cell: pd.Series) -> str:
+    if pd.isna(cell["low"]):
+        return words.number(cell["advantage"], signed=True)
+    low, high = (words.number(cell[name], signed=True) for name in ("low", "high"))
+    mark = "*" if cell["found"] in ("gain", "loss") else ""
+    return f"{words.number(cell['advantage'], signed=True)}{mark} ({low} to {high})"
+
+
+def _figure(numbers: pd.DataFrame) -> Figure:
+    """Draw one panel per system and actor, in it one interval per measure, filled where it excludes 0."""
+    titles = numbers.drop_duplicates("system")[["system", "title"]]
+    actors = numbers.drop_duplicates("actor")
+    n_rows, n_columns = max(1, len(titles)), max(1, len(actors))
+    drawn, axes = style.figure(0.6 + 0.85 * n_rows, n_rows, n_columns, sharex=True, sharey=True)
+    for row, system in enumerate(titles["system"]):
+        for column, actor in enumerate(actors["actor"]):
+            own = numbers[(numbers["system"] == system) & (numbers["actor"] == actor)]
+            _panel(axes[row, column], own)
+        title = textwrap.fill(titles["title"].iloc[row], 12)
+        axes[row, 0].set_ylabel(title, rotation=0, ha="right", va="center", fontweight="bold")
+    for column, (world, coupling) in enumerate(zip(actors["world"], actors["coupling"], strict=True)):
+        axes[0, column].set_title(f"{world},\ncoupling {coupling:g}")
+    axes[0, 0].set_yticks(range(len(MEASURES)), [words.MEASURES[name].title for name in MEASURES])
+    axes[0, 0].set_ylim(len(MEASURES) - 0.4, -0.6)
+    drawn.supxlabel("advantage over the same system driven by the same speech at a shift", fontsize=9)
+    return drawn
+
+
+def _panel(axes: Axes, own: pd.DataFrame) -> None:
+    places = [MEASURES.index(measure) for measure in own["measure"]]
+    colours = [{"gain": style.BLUE, "loss": style.VERMILLION}.get(found, style.FAINT) for found in own["found"]]
+    inside = np.where(own["found"].isin(["gain", "loss"]), colours, style.PAPER)
+    axes.hlines(places, own["low"], own["high"], colors=colours, lw=1.6)
+    axes.scatter(own["advantage"], places, s=20, facecolors=inside.tolist(), edgecolors=colours, zorder=3)
+    axes.axvline(0, color=style.INK, lw=0.8)
+    axes.grid(axis="x")
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
