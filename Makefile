@@ -4,13 +4,14 @@ CONFIG ?= config/demo.yaml
 CORES ?= all
 BIN := .venv/bin
 
-.PHONY: help report sweep verify test lint bench bundled-model lock clean
+.PHONY: help report sweep verify test test-all lint bench bundled-model lock clean
 
 help:
 	@echo "make report [CONFIG=config/demo.yaml] [CORES=all]  run the workflow to reports/<run>/index.html"
 	@echo "make sweep  [CONFIG=...]                           figs. 7.2a and 7.2b over the sweep of the configuration"
 	@echo "make verify [CONFIG=...]                           compare every file with the manifest"
 	@echo "make test                                          the tests"
+	@echo "make test-all                                      the tests, and again under every other Python that is installed"
 	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
 	@echo "make bundled-model                                 train the model that comes with the package (docs/models.md)"
@@ -26,6 +27,9 @@ verify: .venv/report.stamp
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
+
+test-all: test
+	.ci/other_interpreters
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .
