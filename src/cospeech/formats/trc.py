@@ -234,7 +234,7 @@ def _frame_rate(frames: Floats, times_s: Floats, stated: float, step_s: float, w
         row = int(np.flatnonzero(np.isnan(times_s))[0])
         raise UserError(f"{where}: frame {row} (from 0) has no time; export it again")
     count, elapsed_s = np.arange(len(times_s)), times_s - times_s[0]
-    measured = (len(times_s) - 1) / elapsed_s[-1] if elapsed_s[-1] > 0 else np.nan
+    measured = (len(times_s) - 1) / elapsed_s[-1] if elapsed_s[-1] > 1e-9 else np.nan  # also for times near 0
     off = np.flatnonzero(~(np.abs(elapsed_s * stated - count) <= LATE + DRIFT * count + step_s * stated))
     if len(off):
         row = int(off[0])
