@@ -116,7 +116,7 @@ def test_a_damaged_file_is_read_completely_or_rejected(tmp_path_factory, data):
         (("50\t50\t3", "25\t50\t3"), r"time of frame 1 .* contradicts 25 Hz; .* the times, which run at 50 Hz"),
         (("50\t50\t3", "10001\t50\t3"), "3 frames of 2 markers at 10001 Hz; export it again"),
         (("50\t50\t3", "50\t50\t1"), "announces 1 frames and holds more, 3; correct NumFrames in line 3"),
-        (("3\t0.04", "3\t1e-320"), r"time of frame 1 .* contradicts 50 Hz; correct DataRate or the times"),
+        (("3\t0.04", "3\t1e-320"), r"time of frame 2 .* contradicts 50 Hz; correct DataRate or the times"),
         (("2\t0.02", "2\t"), "frame 1 .* has no time"),
         (("2\t0.02\t\t\t\t11\t21\t31", "2 0.02 11 21 31"), "line 8: has 5 of 8 values, separated by spaces"),
         (("head top", ""), "does not name 2 markers"),
