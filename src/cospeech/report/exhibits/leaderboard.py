@@ -99,6 +99,12 @@ def columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
     return heads
 
 
+def shown_columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
+    """Return the columns that fit the page: S in its finest and its widest bins only."""
+    bins = sorted(board["bin_s"].dropna().unique())
+    return [head for head in columns(board) if head[1] is None or head[1] in (bins[0], bins[-1])]
+
+
 def cells(board: pd.DataFrame, measure: str, bin_s: float | None) -> pd.DataFrame:
     """Return the rows of one column of the leaderboard."""
     own = board[board["measure"] == measure]
@@ -116,14 +122,13 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     systems : all systems.
     """
     pooled = board[board["actor"] == "all"]
-    bins = sorted(pooled["bin_s"].dropna().unique())
-    heads = [head for head in columns(pooled) if head[1] is None or head[1] in (bins[0], bins[-1])]
+    heads = shown_columns(pooled)
     shown = lines(pooled, systems)
     places = _places(shown)
     drawn, axes = style.figure(1.1 + 0.225 * (places[-1] + 1), 1, len(heads), sharey=True)
     for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
         _column(panel, cells(pooled, measure, bin_s), shown, places)
-        panel.set_title(words.measure(measure, bin_s).replace(" ", "\n", 1), fontsize=8.5)
+        panel.set_title(words.measure(measure, bin_s).replace(" ", "\n", 1), fontsize=7.5)
         reference = 1 if measure == "phrase_ratio" else 0
         panel.axvline(reference, color=style.FAINT, lw=0.8, ls=(0, (4, 3)))
         panel.spines["left"].set_visible(False)
@@ -198,12 +203,12 @@ class Boards(NamedTuple):
 def boards(run: Run, board: pd.DataFrame) -> Boards:
     """Return the leaderboard over all actors for the page."""
     pooled = board[board["actor"] == "all"]
-    heads = [words.measure(measure, bin_s) for measure, bin_s in columns(pooled)]
+    heads = [words.measure(measure, bin_s) for measure, bin_s in shown_columns(pooled)]
     return Boards(heads, *(_rows(pooled[pooled["part"] == part], run.systems) for part in ("whole", "interior")))
 
 
 def _rows(pooled: pd.DataFrame, systems: Systems) -> list[Row]:
-    heads = columns(pooled)
+    heads = shown_columns(pooled)
     key = ["system", "phrases", "measure", "bin_s"]
     keyed = pooled.astype({"bin_s": object}).where(pooled.notna(), None)
     found = dict(zip(zip(*(keyed[name] for name in key), strict=True), map(_cell, pooled.itertuples()), strict=True))

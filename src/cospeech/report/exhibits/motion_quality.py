@@ -8,6 +8,7 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Drawing, Run
 from cospeech.report.page.tables import Table
+from cospeech.report.systems import matched
 
 
 class Column(NamedTuple):
@@ -53,13 +54,15 @@ def draw(run: Run, quality: pd.DataFrame) -> Drawing:
     return Drawing(pd.DataFrame(rows))
 
 
-def table(_: Run, numbers: pd.DataFrame) -> Table:
+def table(run: Run, numbers: pd.DataFrame) -> Table:
     """Return the table for the page: the recorded motion in the first row, then one row per system.
 
     At the joins of a system, the value of the recorded motion at the same moments is added, since it has no joins.
+    Matched controls, which are the same systems, are in the CSV file only.
     """
     rows = []
-    for title, group in numbers.groupby("title", sort=False):
+    shown = numbers[~numbers["system"].isin(matched(run.systems))]
+    for title, group in shown.groupby("title", sort=False):
         own, recorded = (dict(zip(group["quantity"], group[name], strict=True)) for name in ("value", "recorded"))
         cells = [_cell(quantity, own[quantity]) for quantity in COLUMNS]
         if cells[0] != NONE:
