@@ -133,7 +133,11 @@ def test_simulated_syllables_resemble_those_found_in_the_sound(spoken):
         "x", scene.prosody, delivery.syllables, voice.base_hz(name), SEED, delivery.contours
     )
     voiced, ours = (table[table["f0_hz"].notna()] for table in (found, simulated))
-    assert len(ours) == pytest.approx(len(voiced), rel=0.1)
+    planted_s = delivery.syllables["peak_s"].to_numpy()
+    missed = [np.abs(table["peak_s"].to_numpy()[:, None] - planted_s).min(axis=0) > 0.06 for table in (voiced, ours)]
+    # What is found where nothing was planted, up to one syllable in ten, is not simulated.
+    assert missed[0].mean() == pytest.approx(missed[1].mean(), abs=0.03)
+    assert len(ours) == (~missed[1]).sum()
     length_s = [(table["end_s"] - table["start_s"]).mean() for table in (voiced, ours)]
     assert length_s[0] == pytest.approx(length_s[1], abs=0.02)
     assert voiced["intensity_db"].mean() == pytest.approx(ours["intensity_db"].mean(), abs=1.5)
