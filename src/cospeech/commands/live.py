@@ -14,7 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from cospeech.commands.messages import note, note_compilation
-from cospeech.commands.parser import whole_number
+from cospeech.commands.parser import add_channel, whole_number
 from cospeech.errors import UserError
 
 if TYPE_CHECKING:
@@ -71,12 +71,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
     sources.add_argument(
         "--microphone", nargs="?", const="", metavar="DEVICE", help="listen to a microphone, by name or number"
     )
-    parser.add_argument(
-        "--channel",
-        type=whole_number(1),
-        metavar="N",
-        help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
-    )
+    add_channel(parser)
     parser.add_argument(
         "--vmc",
         type=_vmc,

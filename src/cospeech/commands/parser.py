@@ -47,3 +47,13 @@ def whole_number(least: int) -> Callable[[str], int]:
         return int(text)
 
     return number
+
+
+def add_channel(parser: argparse.ArgumentParser) -> None:
+    """Declare the option that chooses a channel of the sound."""
+    parser.add_argument(
+        "--channel",
+        type=whole_number(1),
+        metavar="N",
+        help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
+    )

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from cospeech.commands.messages import note, note_compilation
-from cospeech.commands.parser import whole_number
+from cospeech.commands.parser import add_channel, whole_number
 from cospeech.errors import UserError
 
 if TYPE_CHECKING:
@@ -90,12 +90,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument(
         "--seed", type=whole_number(0), metavar="N", help="seed of random draws (default: that of the model)"
     )
-    parser.add_argument(
-        "--channel",
-        type=whole_number(1),
-        metavar="N",
-        help="channel of the sound to use, counted from 1 (default: all, mixed down to one)",
-    )
+    add_channel(parser)
     parser.add_argument(
         "--body",
         type=Path,

@@ -26,16 +26,6 @@ METHODS = (proposed, random_selection, random_synchronised, unsynchronised)
 SEED = 2012
 
 
-@pytest.fixture(scope="module")
-def training():
-    return speaking_body.training()
-
-
-@pytest.fixture(scope="module")
-def trained(training):
-    return model.train(training, SETTINGS)
-
-
 def synthesise(method, trained, speech, seed=SEED):
     return live.by_steps(method, "motion", trained, speech, seed).motion
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import speaking_body
 from small_chain import random_chain
-from speaking_body import SETTINGS
 
 from cospeech.data import tables
 from cospeech.errors import UserError
@@ -12,16 +11,6 @@ from cospeech.synthesis import live
 from cospeech.synthesis.bodylanguage import SYSTEMS, forward, model, observations, proposed, report
 from cospeech.synthesis.session import Driving, Session
 from cospeech.synthesis.speech import Streams, Wrong
-
-
-@pytest.fixture(scope="module")
-def training():
-    return speaking_body.training()
-
-
-@pytest.fixture(scope="module")
-def trained(training):
-    return model.train(training, SETTINGS)
 
 
 @pytest.fixture(scope="module")
