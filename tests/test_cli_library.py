@@ -154,7 +154,10 @@ WRONG = {
         "--hands: names joints of motion files, but no folder of these is given",
     ),
     "taken": (("short", "--out", "short"), "short: already exists; name a new folder with --out"),
-    "one segment": (("short", "--out", "made"), "short: its motion has one segment, so that there is nothing"),
+    "one segment": (
+        ("short", "--out", "made"),
+        "short: its motion has only one segment, and a controller needs several",
+    ),
     "unknown hand": (("short", "--hands", "claw9", "--out", "made"), "no joint 'claw9'; did you mean 'claw"),
     "no such segment": (("--keywords", "words.csv", "--out", "made"), "keyword 'big' has segment 9999, which"),
     "not a number": (("--keywords", "bad.csv", "--out", "made"), "bad.csv: line 2: keyword 'big' with segment 'x'"),

@@ -403,7 +403,7 @@ def motion_library(
 
     Raises
     ------
-    UserError : if there is no motion, the files are not of the same body, or there are fewer than two segments.
+    UserError : if there is no motion, the files move different bodies, or there are fewer than two segments.
 
     Examples
     --------
@@ -419,8 +419,8 @@ def motion_library(
     made = controller.on_steps(Library(active, found.recordings, found.fps, found.body), active)
     if len(made.kinematics) < 2:
         raise UserError(
-            f"{folder}: its motion has one segment, so that there is nothing to choose from; add motion in which the "
-            "hands move and rest"
+            f"{folder}: its motion has only one segment, and a controller needs several to choose from; add motion "
+            "in which the hands move and rest"
         )
     return MotionLibrary(found, made)
 

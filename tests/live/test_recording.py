@@ -148,7 +148,7 @@ def test_a_name_that_cannot_be_written_is_refused_and_a_file_kept(record):
     for name, complaint in (
         ("old.bvh", "already exists; replace it with --overwrite"),
         ("folder.bvh", "is a folder"),
-        ("nowhere/talk.bvh", "there is no folder nowhere"),
+        ("nowhere/talk.bvh", "the folder nowhere does not exist"),
         ("talk.fbx", r"ends in \.bvh or \.parquet"),
         ("/proc/talk.bvh", "cannot be written"),
     ):

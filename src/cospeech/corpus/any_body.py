@@ -82,8 +82,8 @@ def read(folder: Path, unit: str, up: str, hands: Sequence[str] = ()) -> Folder:
 
     Raises
     ------
-    UserError : if there is no such file, one cannot be read, or is of another body than the first; if a hand is not a
-        joint, or no hand moves.
+    UserError : if the folder contains no such file, a file cannot be read or moves another body than the first one, a
+        hand is not a joint, or no hand moves.
     """
     if not folder.is_dir():
         raise UserError(f"{folder}: is not a folder; name the folder of the motion files")

@@ -112,7 +112,7 @@ def check(path: Path, overwrite: bool) -> None:
     if path.exists() and not overwrite:
         raise UserError(f"{path}: already exists; replace it with --overwrite, or name another file")
     if not path.parent.is_dir():
-        raise UserError(f"{path}: there is no folder {path.parent}; make it, or name another file")
+        raise UserError(f"{path}: the folder {path.parent} does not exist; create it, or name another file")
 
 
 class _Grown(NamedTuple):
