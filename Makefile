@@ -77,7 +77,7 @@ bundled-model: .venv/report.stamp
 
 # Locks the newest versions that fit pyproject.toml, for Python 3.11 and newer (needs uv).
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build --extra test --extra slurm pyproject.toml -o requirements-test.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build --extra keywords --extra test --extra slurm pyproject.toml -o requirements-test.lock
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --extra build -c requirements-test.lock pyproject.toml -o requirements.lock
 
 clean:

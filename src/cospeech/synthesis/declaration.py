@@ -13,11 +13,13 @@ from typing import Any, Literal, get_args
 
 Role = Literal["system", "control", "ceiling"]
 Drive = Literal["own", "shuffled", "shifted"]
-Need = Literal["gestures", "prosody_labels", "prosody", "syllables", "motion", "phases", "subunits", "truth"]
-Output = Literal["phrases", "motion"]
+Need = Literal[
+    "gestures", "prosody_labels", "prosody", "syllables", "melody", "motion", "phases", "subunits", "head", "truth"
+]
+Output = Literal["phrases", "motion", "head"]
 
 ROLES: tuple[Role, ...] = get_args(Role)
-SPEECH: tuple[Need, ...] = ("prosody_labels", "prosody", "syllables")
+SPEECH: tuple[Need, ...] = ("prosody_labels", "prosody", "syllables", "melody")
 """The kinds of speech that can drive a system."""
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -25,7 +27,7 @@ ORIGINAL = "original"
 """The name of the actor's own motion in tables of results."""
 
 RESERVED = (
-    *("phrases", "phrases_seen", "motion", "units", "decoding"),
+    *("phrases", "phrases_seen", "motion", "head", "units", "decoding"),
     *("gestures", "gesture_model", "prosody_model"),
 )
 """Names of tables that lie next to those of a model, which a model can therefore not use."""
@@ -62,11 +64,12 @@ class System:
         ``ceiling`` knows what no system can know.
     needs : what it learns from and what drives it. ``gestures``: the gesture phrases of the training records;
         ``prosody_labels``: the prosody cluster of every frame; ``prosody``: the prosody features of every frame;
-        ``syllables``: the syllables with their pitch, intensity and length; ``motion``: the joint angles of the
-        training records; ``phases``: their gesture phases; ``subunits``: their gesture subunits of head, arms and
-        legs; ``truth``: what the virtual studio planted.
-    makes : ``phrases``, which unit selection turns into motion, or ``motion``, which the actor's gesture model
-        segments into phrases.
+        ``syllables``: the syllables with their pitch, intensity and length; ``melody``: pitch and intensity at 100 Hz;
+        ``motion``: the joint angles of the training records; ``phases``: their gesture phases; ``subunits``: their
+        gesture subunits of head, arms and legs; ``head``: the angles of the head in the training records; ``truth``:
+        what the virtual studio planted.
+    makes : ``phrases``, which unit selection turns into motion; ``motion``, which the actor's gesture model segments
+        into phrases; or ``head``, the angles of the head alone.
     shares : name of the system whose trained model it uses, if that is not its own.
     tables : tables of its trained model, name to schema.
     reports : tables about what it does with the speech of a record, name to schema (see ``interface.Reporting``).

@@ -52,6 +52,8 @@ class Training:
     syllables : syllable table of each record.
     phases : table of the gesture phases of each record.
     subunits : tables of the gesture subunits of each record, by body section: head, arms and legs.
+    melodies : table of pitch and intensity at 100 Hz of each record (schema ``melody``).
+    heads : table of the angles of the head of each record, at its own rate (schema ``head``).
     order : names of all records of the actor in the order of the corpus, including the held-out one.
     planted : the ground truth of the virtual studio.
     """
@@ -67,6 +69,8 @@ class Training:
     syllables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     phases: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     subunits: Mapping[str, Mapping[str, pd.DataFrame]] = field(default_factory=dict)
+    melodies: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    heads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     order: tuple[str, ...] = ()
     planted: Planted | None = None
 
@@ -83,11 +87,13 @@ class Speech:
     labels : (T,) prosody label of every frame; empty if the system needs none.
     prosody : prosody table of T rows, or None. Its times are those of the record, whatever record drives it.
     syllables : syllable table, or None. Its times are those of the record, too.
+    melody : pitch and intensity at 100 Hz (schema ``melody``), or None. Its times are those of the record, too.
     planted : (T,) planted prosody label of every frame, or None.
     driving_record : the record that the speech comes from.
     shift_s : circular shift of the interior of the driving record (see ``speech.sources``).
     draw : which draw of a control that depends on chance this is, counted from 0.
-    motion_fps, n_motion_frames : frame rate and length of the motion to return, for systems that make motion.
+    motion_fps, n_motion_frames : frame rate and length of the motion to return, for systems that make motion, or of
+        the angles of the head, for systems that make those.
     """
 
     record: str
@@ -96,6 +102,7 @@ class Speech:
     labels: Labels = field(default_factory=lambda: np.empty(0, dtype=object))
     prosody: pd.DataFrame | None = None
     syllables: pd.DataFrame | None = None
+    melody: pd.DataFrame | None = None
     planted: Labels | None = None
     driving_record: str = ""
     shift_s: float = 0.0
@@ -105,18 +112,20 @@ class Speech:
 
 
 class Synthesis(NamedTuple):
-    """What a system made of the speech of a record: phrases or motion, as it declares.
+    """What a system made of the speech of a record: phrases, motion or angles of the head, as it declares.
 
     Attributes
     ----------
     decoding : one row on how it was made (schema ``decoding``).
-    phrases : gesture phrases on the prosody frame (schema ``segments``); None if the system makes motion.
-    motion : motion table; None if the system makes phrases.
+    phrases : gesture phrases on the prosody frame (schema ``segments``), or None.
+    motion : motion table, or None.
+    head : angles of the head (schema ``head``), or None.
     """
 
     decoding: pd.DataFrame
     phrases: pd.DataFrame | None = None
     motion: pd.DataFrame | None = None
+    head: pd.DataFrame | None = None
 
 
 class Method(Protocol):
@@ -129,7 +138,7 @@ class Method(Protocol):
         """
 
     def synthesise(self, model: Model, speech: Speech, seed: int) -> Synthesis:
-        """Return phrases or motion for the speech. Equal seeds must give equal results."""
+        """Return phrases, motion or angles of the head for the speech. Equal seeds must give equal results."""
 
     def to_tables(self, model: Model) -> dict[str, pd.DataFrame]:
         """Return the model as tables, with the names that the declaration lists."""

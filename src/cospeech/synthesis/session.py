@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from cospeech.data import segments, tables
 from cospeech.errors import UserError
 from cospeech.motion import skeleton
 from cospeech.synthesis import live
-from cospeech.synthesis.declaration import System
+from cospeech.synthesis.declaration import Output, System
 from cospeech.synthesis.interface import Method, Model, Speech, Synthesis, Training, decoding
 from cospeech.synthesis.registry import settings_of
 from cospeech.synthesis.speech import Streams, Wrong, driving_speeches
@@ -210,14 +210,15 @@ def fault(system: System, made: Any, speech: Speech, labels: Collection[str] | N
     """
     if not isinstance(made, Synthesis):
         return f"it returned an object of type {type(made).__name__}, not Synthesis"
-    wanted, other = ("motion", "phrases") if system.makes == "motion" else ("phrases", "motion")
-    if not isinstance(getattr(made, wanted), pd.DataFrame):
-        return f"it returned no {wanted}"
-    if getattr(made, other) is not None:
-        return f"it also returned {other}"
+    if not isinstance(getattr(made, system.makes), pd.DataFrame):
+        return f"it returned no {system.makes}"
+    for other in get_args(Output):
+        if other != system.makes and getattr(made, other) is not None:
+            return f"it also returned {other}"
     try:
         problem = _phrases_fault(made.phrases, speech, labels) if made.phrases is not None else None
         problem = problem or (_motion_fault(made.motion, speech) if made.motion is not None else None)
+        problem = problem or (_head_fault(made.head, speech) if made.head is not None else None)
         return problem or _decoding_fault(made.decoding, speech)
     except UserError as error:
         return str(error)
@@ -234,9 +235,21 @@ def _motion_fault(motion: pd.DataFrame, speech: Speech) -> str | None:
     if unknown:
         return f"{where} has an unknown column '{unknown[0]}'"
     tables.validate(motion, "motion", where)
+    return _times_fault(motion, speech, where)
+
+
+def _head_fault(head: pd.DataFrame, speech: Speech) -> str | None:
+    where = f"its head angles for record '{speech.record}'"
+    if len(head) != speech.n_motion_frames:
+        return f"{where} have {len(head)} frames; expected {speech.n_motion_frames}"
+    tables.validate(head, "head", where)
+    return _times_fault(head, speech, where)
+
+
+def _times_fault(table: pd.DataFrame, speech: Speech, where: str) -> str | None:
     times_s = segments.frame_times(speech.n_motion_frames, speech.motion_fps)
-    in_order = np.array_equal(motion["frame"], np.arange(len(motion)))
-    if not (in_order and np.allclose(motion["time_s"], times_s, rtol=0.0, atol=1e-6)):
+    in_order = np.array_equal(table["frame"], np.arange(len(table)))
+    if not (in_order and np.allclose(table["time_s"], times_s, rtol=0.0, atol=1e-6)):
         return f"the frames of {where} are not those of {speech.motion_fps:g} frames per second"
     return None
 
@@ -292,4 +305,6 @@ def nothing(system: System, speech: Speech, reason: str) -> Synthesis:
     row = decoding(speech, failure=" ".join(reason.split()))
     if system.makes == "motion":
         return Synthesis(row, motion=tables.empty("motion"))
+    if system.makes == "head":
+        return Synthesis(row, head=tables.empty("head"))
     return Synthesis(row, phrases=tables.empty("segments"))
