@@ -64,10 +64,10 @@ class System:
         ``ceiling`` knows what no system can know.
     needs : what it learns from and what drives it. ``gestures``: the gesture phrases of the training records;
         ``prosody_labels``: the prosody cluster of every frame; ``prosody``: the prosody features of every frame;
-        ``syllables``: the syllables with their pitch, intensity and length; ``melody``: pitch and intensity at 100 Hz;
-        ``motion``: the joint angles of the training records; ``phases``: their gesture phases; ``subunits``: their
-        gesture subunits of head, arms and legs; ``head``: the angles of the head in the training records; ``truth``:
-        what the virtual studio planted.
+        ``syllables``: the syllables with their pitch, intensity and length; ``melody``: pitch and intensity at
+        100 Hz; ``motion``: the joint angles of the training records; ``phases``: their gesture phases; ``subunits``:
+        their gesture subunits of head, arms and legs; ``head``: the angles of the head in the training records;
+        ``truth``: what the virtual studio planted.
     makes : ``phrases``, which unit selection turns into motion; ``motion``, which the actor's gesture model segments
         into phrases; or ``head``, the angles of the head alone.
     shares : name of the system whose trained model it uses, if that is not its own.
