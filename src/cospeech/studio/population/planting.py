@@ -29,21 +29,21 @@ LEVEL = 1.0 / np.sqrt(1.0 + np.arange(CEPSTRA))
 """Standard deviation of each cepstral coefficient, relative to the first."""
 VOICE_NOISE, VOICE_MEMORY = 0.25, 0.6
 """Noise of the cepstral coefficients relative to ``LEVEL``, and its correlation from frame to frame."""
-OWN_VOICE = 0.20
+OWN_VOICE = 0.35
 """Standard deviation of a speaker's mean cepstrum and hidden targets, relative to ``LEVEL``, at ``own_voice`` 1."""
-CHANNEL = 0.12
+CHANNEL = 0.10
 """Standard deviation of the mean cepstrum of an utterance: the distance to the microphone and the mood."""
 
 FADING = 1.0 / np.sqrt(1.0 + 0.25 * np.arange(LIPS))
 """Standard deviation of each lip coefficient, in zig-zag order, relative to the first."""
-OWN_LIPS = 0.45
+OWN_LIPS = 0.6
 """Standard deviation of the resting mouth between speakers, relative to ``FADING``, at ``own_lips`` 1."""
-LIGHT = 0.6
+LIGHT = 1.0
 """Standard deviation of the lighting of a session, in the first coefficients, relative to ``FADING``."""
 LIGHT_COEFFICIENTS = 10
 CONTRAST = 0.15
 """Standard deviation of the logarithm of the contrast of a session."""
-LIP_NOISE = 0.15
+LIP_NOISE = 0.4
 """Noise of the lip coefficients, relative to ``FADING``."""
 COLUMNS_AUDIO = [f"c{n}" for n in range(1, 3 * CEPSTRA + 1)]
 COLUMNS_LIPS = [f"d{n}" for n in range(1, LIPS + 1)]
