@@ -95,7 +95,7 @@ VOWEL_S, CONSONANT_S, PAUSE_S = 0.115, 0.075, 0.05
 """Mean durations of vowels, of consonants, and of the pause between two words, in seconds."""
 SPREAD = 0.15
 """Standard deviation of the logarithm of these durations."""
-MARGIN_S = (0.15, 0.25)
+MARGIN_S = (0.12, 0.2)
 """Range of the silence before and after a phrase, in seconds."""
 
 
