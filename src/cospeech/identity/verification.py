@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from cospeech.data.arrays import Floats
 from cospeech.identity.controls import PAIRED
 from cospeech.metrics import bootstrap, equal_error
 from cospeech.metrics.equal_error import RATES, Trials
 
-STRATEGY = ["condition", "strategy", "threshold", "dimension"]
+STRATEGY = ["condition", "strategy", "threshold"]
 """The columns of a table of trials that name a strategy."""
 
 
@@ -47,6 +46,7 @@ def equal_error_rates(trials: pd.DataFrame, clips: pd.DataFrame, settings: Boots
     group, names = pd.factorize(talker, sort=True)
     drawn = bootstrap.draws(np.zeros(len(names)), settings.samples, settings.seed, "equal error rates")
     session, every = trials["session"].to_numpy(dtype=object), of_table(trials)
+    dimension = trials["dimension"].to_numpy(dtype=float, na_value=np.nan)
     rows = []
     for key, members in trials.groupby(STRATEGY, sort=False, dropna=False).indices.items():
         of_session = session[members]
@@ -57,8 +57,9 @@ def equal_error_rates(trials: pd.DataFrame, clips: pd.DataFrame, settings: Boots
                 found = equal_error.equal_error(table, rates).rate
                 samples = equal_error.bootstrapped(table, rates, group[own], drawn)
                 low, high = bootstrap.interval(samples[None], settings.level, [len(names)], [1])
-                rows.append((name, *key, rates, 100.0 * found, 100.0 * low[0], 100.0 * high[0], len(own)))
-    columns = ["session", *STRATEGY, "rates", "eer_pct", "low", "high", "trials"]
+                row = (name, *key, dimension[own].max(), rates, 100.0 * found, 100.0 * low[0], 100.0 * high[0])
+                rows.append((*row, len(own)))
+    columns = ["session", *STRATEGY, "dimension", "rates", "eer_pct", "low", "high", "trials"]
     return pd.DataFrame(rows, columns=columns).astype({"dimension": "Int64"})
 
 

@@ -285,7 +285,7 @@ IDENTITY = (
     ),
     Exhibit(
         "identity-table-2.1", "identification", "identity:schemes", document=SARGIN_2006, figure=False,
-        sources={"rates": "equal_error_rates"}, show="identity:scheme_table", template="wide_table.html.jinja",
+        sources={"rates": "equal_error_rates"}, show="identity:scheme_table", template="rates.html.jinja",
     ),
     Exhibit(
         "identity-controls", "identification", "identity:controls",
