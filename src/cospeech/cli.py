@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 import cospeech
-from cospeech.commands import library, live, synthesize, workflow
+from cospeech.commands import identity, library, live, sync, synthesize, workflow
 from cospeech.commands.parser import Parser
 from cospeech.errors import UserError
 
-COMMANDS = (synthesize, live, library, workflow)
+COMMANDS = (synthesize, live, library, identity, sync, workflow)
 
 DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestures for speech."
 

@@ -1,7 +1,7 @@
 """The four sessions of Sargin 2006, 2.4: two partitions of the clients' clips, each half trained on in turn.
 
-The document calls the training sets of the two partitions disjoint, which would make the partitions the same; they are
-read as two different ones. The first takes the first half of a speaker's repetitions, the second every other one.
+The document calls the training sets of the two partitions disjoint, which would make the partitions the same; they
+are read as two different ones. The first takes the first half of a speaker's repetitions, the second every other one.
 Every clip of an impostor, a registered speaker who says the name of another one, is tested in each session.
 """
 
@@ -72,7 +72,7 @@ def sessions(clips: pd.DataFrame) -> list[Session]:
     found = []
     for name, part in zip(NAMES, (first, ~first, odd, ~odd), strict=True):
         train, tested = np.flatnonzero(client & part), np.flatnonzero(client & ~part)
-        found.append(Session(name, speakers, train, owner[train], np.concatenate([tested, others])))
+        found.append(Session(name, speakers, train, np.asarray(owner[train]), np.concatenate([tested, others])))
     return found
 
 

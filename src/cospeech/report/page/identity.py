@@ -30,9 +30,9 @@ from cospeech.report.page.sections import Shown
 Config = dict[str, Any]
 
 LEAD = (
-    "Who is speaking? A person says a name in front of a camera. A system that knows some speakers by voice and lips says "
-    "which of them it is, or that it knows nobody like this. This page shows how well that works, and whether it helps to "
-    "fuse voice and lips by canonical correlation analysis."
+    "Who is speaking? A person says a name in front of a camera. A system that knows some speakers by voice and lips "
+    "says which of them it is, or that it is nobody known. This page shows how well that works, and whether it helps "
+    "to fuse voice and lips by canonical correlation analysis."
 )
 
 DOCUMENT = (
@@ -86,11 +86,11 @@ def banner(config: Config, clips: pd.DataFrame) -> Banner:
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size}. {made} By design, {100 * population['shared']:g} % of the lip movements follow the phones that are "
-            f"spoken (shared {population['shared']:g}; own of the voice {population['own_voice']:g}, of the lips "
+            f"{size}. {made} By design, {100 * population['shared']:g} % of the lip movements follow the phones that "
+            f"are spoken (shared {population['shared']:g}; own of the voice {population['own_voice']:g}, of the lips "
             f"{population['own_lips']:g}).",
-            "These numbers show how well the methods recover what was planted. They say nothing about people, and their "
-            "values are not comparable with published ones, which come from recordings.",
+            "These numbers show how well the methods recover what was planted. They say nothing about people, and "
+            "their values are not comparable with published ones, which come from recordings.",
         ],
     )
 
@@ -115,7 +115,7 @@ def _gain(gains: pd.DataFrame | None) -> Finding:
     proven, evidence = [], []
     for strategy, own in gains.groupby("strategy", sort=False):
         missed = own[~(own["low"] > 0.0)]
-        least = own.loc[own["low"].idxmin()]
+        least = own.sort_values("low", kind="stable").iloc[0]
         title = SCHEMES[str(strategy)]
         if missed.empty:
             proven.append(title)
@@ -180,8 +180,8 @@ def _controls(rates: pd.DataFrame) -> Finding:
             f"{percent(strictest['eer_pct'])} % ({CONDITIONS[strictest['condition']]})"
         )
     return Finding(
-        f"In {matched} of {len(evidence)} fusion schemes, a transform that was trained on something else does as well, "
-        "within the interval.",
+        f"In {matched} of {len(evidence)} fusion schemes, a transform that was trained on something else does as "
+        "well, within the interval.",
         evidence,
     )
 
