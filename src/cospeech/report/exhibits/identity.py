@@ -157,8 +157,8 @@ def correlations(run: Run, correlations: pd.DataFrame) -> Drawing:
     axis = axes[0, 0]
     colours = style.system_colours(correlations["session"].unique())
     for session, own in correlations.groupby("session", sort=False):
-        axis.plot(own["pair"], own["correlation"], color=colours[str(session)], marker="o", markersize=2.5, linewidth=1.0,
-                  label=f"session {session}")  # fmt: skip
+        look = {"color": colours[str(session)], "marker": "o", "markersize": 2.5, "linewidth": 1.0}
+        axis.plot(own["pair"], own["correlation"], label=f"session {session}", **look)
     axis.axhline(facts["threshold"], color=style.FAINT, linestyle=(0, (4, 2)), linewidth=1.0)
     axis.text(1.0, facts["threshold"], f"{facts['threshold']:g}", color=style.FAINT, va="bottom", fontsize=8)
     axis.set_xlabel("pair of canonical components")
