@@ -62,8 +62,8 @@ def covariances(x: Floats, y: Floats) -> Covariances:
 
 
 def regularised(covariance: Floats, share: float) -> Floats:
-    """Return a covariance matrix whose off-diagonal elements are reduced by ``share``, 0 to 1."""
-    return (1.0 - share) * covariance + share * np.diag(np.diagonal(covariance))
+    """Return a covariance matrix with its diagonal increased by ``share`` of it (a ridge)."""
+    return covariance + share * np.diag(np.diagonal(covariance))
 
 
 def whitening(covariance: Floats, what: str = "features") -> Floats:
@@ -92,7 +92,7 @@ def fit(x: Floats, y: Floats, regularisation: float = 0.0) -> Canonical:
     Parameters
     ----------
     x, y : the frames.
-    regularisation : share by which the covariances within each set are reduced off the diagonal.
+    regularisation : share of the variances that is added to them, which lowers the correlations.
 
     Raises
     ------

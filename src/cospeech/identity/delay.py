@@ -38,7 +38,7 @@ class Settings(NamedTuple):
     Attributes
     ----------
     longest_s : longest delay that is tried, in seconds.
-    regularisation : share by which the covariances within voice and lips are reduced off the diagonal.
+    regularisation : share of the variances of voice and lips that is added to them.
     samples : number of bootstrap samples.
     mismatches : number of wrong pairings of voice and lips.
     level : level of the interval.
@@ -209,7 +209,7 @@ def _invertible(covariance: Floats, regularisation: float) -> Floats:
     """Return regularised covariances (..., D, D); a feature that does not vary counts for nothing."""
     own = np.diagonal(covariance, axis1=-2, axis2=-1)
     added = regularisation * own + (own <= 0.0)
-    regularised: Floats = (1.0 - regularisation) * covariance + added[..., None] * np.eye(own.shape[-1])
+    regularised: Floats = covariance + added[..., None] * np.eye(own.shape[-1])
     return regularised
 
 

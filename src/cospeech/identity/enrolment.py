@@ -1,8 +1,7 @@
 """Enrolment of speakers, and identification of new clips with a threshold (Sargin 2006, 2.1 and 2.3.2).
 
 The scheme is the one that the document proposes: the classifier of the voice, and weak classifiers of all pairs of
-canonical components, by the product rule. The trials that set the threshold are those of the four sessions, whose
-models are trained on half of the clips; the final models are trained on all of them.
+canonical components, by the product rule. The threshold is set by clips of impostors, which no model is trained on.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-from cospeech.identity import classifiers, controls, features, sessions, strategies, verification
+from cospeech.identity import classifiers, controls, features, sessions, strategies
 from cospeech.identity.classifiers import Settings
 from cospeech.identity.controls import Affine, Pairs
 from cospeech.identity.features import Features
@@ -24,12 +23,10 @@ from cospeech.markov.word_hmm import WordHMMs
 from cospeech.metrics import equal_error
 from cospeech.metrics.equal_error import Trials
 
-STRATEGY = "audio + weak"
-
 WORLD = "world"
 """What the world model is called in the table of models."""
 
-TABLES = ("identity_speakers", "identity_models", "identity_transform", "identity_trials")
+TABLES = ("identity_speakers", "identity_models", "identity_transform", "identity_impostors")
 """The tables of a model, named as their schemas."""
 
 
@@ -44,7 +41,7 @@ class Model(NamedTuple):
     pairs : the canonical transform.
     audio : models of the voice; the world model is the last one.
     weak : models of each pair of canonical components.
-    trials : trials of the sessions, from which thresholds are read.
+    impostors : (n,) scores of the clips of impostors, from which thresholds are read.
     """
 
     speakers: list[str]
@@ -53,7 +50,7 @@ class Model(NamedTuple):
     pairs: Pairs
     audio: WordHMMs
     weak: list[WordHMMs]
-    trials: Trials
+    impostors: Floats
 
 
 class Identification(NamedTuple):
@@ -85,19 +82,13 @@ def enrol(given: Features, shift: int, settings: Settings, regularisation: float
             "no clip is that of an impostor, without whom no threshold can be set; add clips in which speakers say "
             "the phrases of others"
         )
-    parts = []
     with threadpool_limits(1, "blas"):  # sums must not depend on the number of cores
-        for session in sessions.sessions(own.clips):
-            pairs, audio, weak = _train(own, session, settings, regularisation)
-            ratios = _log_ratios(own.chosen(session.test), pairs, audio, weak)
-            found = strategies.Scored(controls.PAIRED, STRATEGY, None, *strategies.best(ratios))
-            parts.append(strategies.trials(own, session, found))
-        whole = strategies.with_tested(own, session)
+        whole = sessions.of_all(own.clips)
         pairs, audio, weak = _train(own, whole, settings, regularisation)
-    trials = verification.of_table(pd.concat(parts, ignore_index=True))
+        _, impostors = strategies.best(_log_ratios(own.chosen(whole.test), pairs, audio, weak))
     phrase = own.clips[own.clips["own_name"]].drop_duplicates("speaker").set_index("speaker")["phrase"]
     said = [str(phrase[name]) for name in whole.speakers]
-    return Model(whole.speakers, said, shift, pairs, audio, weak, trials)
+    return Model(whole.speakers, said, shift, pairs, audio, weak, impostors)
 
 
 def _train(
@@ -129,13 +120,14 @@ def threshold(model: Model, false_accept: float) -> float:
     ------
     UserError : if the trials of impostors are too few to tell such a rate.
     """
-    impostors = int((~model.trials.client).sum())
-    if false_accept * impostors < 1.0:
+    n = len(model.impostors)
+    if false_accept * n < 1.0 - 1e-9:
         raise UserError(
-            f"a false-accept rate of {100 * false_accept:g} % cannot be reached with {impostors} trials of "
-            f"impostors; choose {100 / impostors:.2g} % or more, or enrol with more clips of impostors"
+            f"a false-accept rate of {100 * false_accept:g} % cannot be reached with {n} trials of impostors; "
+            f"choose {100 / n:.2g} % or more, or enrol with more clips of impostors"
         )
-    return equal_error.threshold_at(model.trials, "usual", false_accept)
+    nobody = np.zeros(n, dtype=bool)
+    return equal_error.threshold_at(Trials(model.impostors, nobody, nobody), "usual", false_accept)
 
 
 def identify(model: Model, given: Features, at_least: float) -> list[Identification]:
@@ -179,7 +171,6 @@ def to_tables(model: Model) -> dict[str, pd.DataFrame]:
         for pair in range(len(own.basis))
         for feature in range(len(own.mean))
     ]
-    trials = model.trials
     return {
         "identity_speakers": pd.DataFrame(
             {
@@ -193,15 +184,13 @@ def to_tables(model: Model) -> dict[str, pd.DataFrame]:
         "identity_transform": pd.DataFrame(
             transform, columns=["side", "pair", "feature", "mean", "weight", "correlation"]
         ),
-        "identity_trials": pd.DataFrame(
-            {"trial": range(len(trials.score)), "score": trials.score, "client": trials.client, "right": trials.right}
-        ),
+        "identity_impostors": pd.DataFrame({"trial": range(len(model.impostors)), "score": model.impostors}),
     }
 
 
 def from_tables(tables: dict[str, pd.DataFrame]) -> Model:
     """Return the model of tables that ``to_tables`` returned."""
-    speakers, trials = tables["identity_speakers"], tables["identity_trials"]
+    speakers, impostors = tables["identity_speakers"], tables["identity_impostors"]
     transform, models = tables["identity_transform"], tables["identity_models"]
     sides = {str(side): own for side, own in transform.groupby("side")}
     first, second = (_affine(sides[side]) for side in ("audio", "lips"))
@@ -214,7 +203,7 @@ def from_tables(tables: dict[str, pd.DataFrame]) -> Model:
         Pairs(first, second, False, correlations),
         found[0],
         [found[pair] for pair in sorted(found) if pair],
-        Trials(*(trials[name].to_numpy() for name in ("score", "client", "right"))),
+        impostors["score"].to_numpy(dtype=float),
     )
 
 
