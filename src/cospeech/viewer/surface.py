@@ -20,7 +20,7 @@ def triangles(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def packed() -> dict[str, Any]:
-    """Return the mesh of the standard body in its rest pose, in base64, with the colours (0 to 255) of its vertices."""
+    """Return the mesh of the standard body in its rest pose, with the colours (0 to 255) of its vertices."""
     mesh = body.mesh(DETAIL)
     material = np.zeros(len(mesh.position), dtype=np.uint8)
     material[mesh.face] = mesh.material[:, None]  # parts of different materials share no vertex

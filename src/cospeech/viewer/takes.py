@@ -26,11 +26,50 @@ TURN = 32767
 LENGTH_M = 1e-4
 """Positions of the root are rounded to this length."""
 
+LOST = -(2**31)
+"""Stands for the coordinates of a lost marker."""
+
 LARGEST_M = 1e5
 """Positions beyond this distance from the origin cannot be shown."""
 
 CURVE_LEVELS = 1000
 """Curves are rounded to this fraction of their range."""
+
+
+@dataclass(frozen=True)
+class Articulated:
+    """The motion of a body of rigid bones: its poses in T frames."""
+
+    body: Body
+    poses: Poses
+
+    @property
+    def n_frames(self) -> int:
+        """The number T of frames."""
+        return len(self.poses.root_m)
+
+
+@dataclass(frozen=True)
+class Free:
+    """The motion of joints that may move away from one another, or of markers, in T frames.
+
+    Attributes
+    ----------
+    joints : (J,) names.
+    parents : (J,) index of the joint to which a bone is drawn, -1 for none; parents come first.
+    places_m : (T, J, 3) positions in the world in metres; NaN where a marker is lost.
+    turns : (T, J, 4) orientations in the world, quaternions w, x, y, z; None if they are not known.
+    """
+
+    joints: tuple[str, ...]
+    parents: tuple[int, ...]
+    places_m: Floats
+    turns: Floats | None = None
+
+    @property
+    def n_frames(self) -> int:
+        """The number T of frames."""
+        return len(self.places_m)
 
 
 @dataclass(frozen=True)
@@ -40,15 +79,14 @@ class Version:
     Attributes
     ----------
     title : name that the viewer shows.
-    body, poses, fps : the body, its poses in T frames, and their rate.
+    motion, fps : its motion, and the frame rate.
     phrases : its gesture phrases, with the columns start_s, end_s and label; None if they are not known.
     skinned : whether the body is drawn with the surface of the standard body; otherwise its bones are drawn.
     shown : whether it is visible at the start.
     """
 
     title: str
-    body: Body
-    poses: Poses
+    motion: Articulated | Free
     fps: float
     phrases: pd.DataFrame | None = None
     skinned: bool = False
@@ -82,11 +120,12 @@ def packed(take: Take) -> dict[str, Any]:
 
     Raises
     ------
-    UserError : if a take has no version, or a body is farther than 100 km from the origin.
+    UserError : if a version has no frame, or is farther than 100 km from the origin.
     """
-    if not take.versions:
-        raise UserError(f"{take.title}: contains no motion; name a file with at least one frame")
-    longest_s = max(len(version.poses.root_m) / version.fps for version in take.versions)
+    empty = next((version for version in take.versions if version.motion.n_frames == 0), None)
+    if empty is not None:
+        raise UserError(f"{take.title}: {empty.title}: contains no frame; name a file with motion")
+    longest_s = max(version.motion.n_frames / version.fps for version in take.versions)
     return {
         "title": take.title,
         "duration": max(longest_s, take.sound_s),
@@ -98,22 +137,48 @@ def packed(take: Take) -> dict[str, Any]:
 
 
 def _version(version: Version, where: str) -> dict[str, Any]:
-    body, poses = version.body, version.poses
-    if not np.abs(poses.root_m).max() < LARGEST_M:
+    motion = version.motion
+    moved = motion.poses.root_m if isinstance(motion, Articulated) else motion.places_m
+    if not np.nanmax(np.abs(moved), initial=0.0) < LARGEST_M:
         raise UserError(f"{where}: {version.title}: is farther than 100 km from the origin; check its unit of length")
     return {
         "title": version.title,
         "fps": version.fps,
-        "frames": len(poses.root_m),
-        "joints": list(body.joints),
-        "parents": body.parents.tolist(),
-        "offsets": np.round(body.offsets_m, 6).ravel().tolist(),
-        "root": _integers(np.round(poses.root_m / LENGTH_M), np.int32),
-        "turns": _integers(np.round(_continuous(poses.rotations).reshape(len(poses.rotations), -1) * TURN), np.int16),
+        "frames": motion.n_frames,
         "phrases": _phrases(version.phrases),
         "skinned": version.skinned,
         "shown": version.shown,
+        **(_articulated(motion) if isinstance(motion, Articulated) else _free(motion)),
     }
+
+
+def _articulated(motion: Articulated) -> dict[str, Any]:
+    return {
+        "joints": list(motion.body.joints),
+        "parents": motion.body.parents.tolist(),
+        "offsets": np.round(motion.body.offsets_m, 6).ravel().tolist(),
+        "root": _integers(_lengths(motion.poses.root_m), np.int32),
+        "turns": _integers(_turns(motion.poses.rotations), np.int16),
+    }
+
+
+def _free(motion: Free) -> dict[str, Any]:
+    still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (motion.n_frames, len(motion.joints), 4))
+    return {
+        "joints": list(motion.joints),
+        "parents": list(motion.parents),
+        "places": _integers(_lengths(motion.places_m.reshape(motion.n_frames, -1)), np.int32),
+        "turns": _integers(_turns(still if motion.turns is None else motion.turns), np.int16),
+    }
+
+
+def _lengths(metres: Floats) -> Floats:
+    return np.where(np.isnan(metres), LOST, np.round(metres / LENGTH_M))
+
+
+def _turns(rotations: Floats) -> Floats:
+    """Return quaternions (T, J, 4) as whole numbers (T, 4 J)."""
+    return np.round(_continuous(rotations).reshape(len(rotations), -1) * TURN)
 
 
 def _phrases(phrases: pd.DataFrame | None) -> list[list[Any]] | None:
@@ -133,8 +198,8 @@ def _continuous(rotations: Floats) -> Floats:
 def _integers(values: Floats, kind: type[np.signedinteger[Any]]) -> str:
     """Return numbers (T, n) as base64: differences along time of each column, as compressed integers."""
     whole = values.astype(kind)
-    steps = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1]))
-    return base64.b64encode(zlib.compress(np.ascontiguousarray(steps.T).astype(f"<i{steps.itemsize}"), 9)).decode()
+    steps = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1]))  # wraps around, as does the sum of the viewer
+    return base64.b64encode(zlib.compress(steps.T.astype(f"<i{steps.itemsize}").tobytes(), 9)).decode()
 
 
 def _curve(values: Floats) -> dict[str, Any]:

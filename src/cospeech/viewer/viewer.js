@@ -3,11 +3,12 @@
 var CospeechViewer = (() => {
   "use strict";
 
-  const TURN = 32767, LENGTH_M = 1e-4, CURVE_LEVELS = 1000;
+  const TURN = 32767, LENGTH_M = 1e-4, LOST = -(2 ** 31), CURVE_LEVELS = 1000;
   const COLOURS = ["#2278b5", "#d55e00", "#00795a", "#9a5bb8", "#b8860b", "#c2407a", "#4a6f7c", "#7d6a2a"];
   const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2];
   const LOOKS = { body: "Body", skeleton: "Skeleton", axes: "Joint axes" };
-  const TRAIL_S = 1.2, TRAIL_POINTS = 36, NARROW_PX = 640;
+  const TRAIL_S = 1.2, TRAIL_POINTS = 36, NARROW_PX = 640, MANY_JOINTS = 400;
+  const SOLE_M = 0.075, CROWN_M = 0.2; // how far the surface of the standard body reaches beyond its joints
 
   /* ---- unpacking ---- */
 
@@ -32,19 +33,21 @@ var CospeechViewer = (() => {
   }
 
   async function unpacked(version) {
-    const root = await columns(version.root, Int32Array, version.frames);
+    const metres = async text => Float32Array.from(await columns(text, Int32Array, version.frames), value => value === LOST ? NaN : value * LENGTH_M);
     const turns = await columns(version.turns, Int16Array, version.frames);
-    return { ...version, root: Float32Array.from(root, value => value * LENGTH_M), turns: Float32Array.from(turns, value => value / TURN) };
+    const lengths = version.places ? { places: await metres(version.places) } : { root: await metres(version.root) };
+    return { ...version, ...lengths, turns: Float32Array.from(turns, value => value / TURN) };
   }
 
   /* ---- forward kinematics ---- */
 
-  /* Write the positions (J x 3) and orientations (J x 4: x, y, z, w) of all joints at a time into `out`. */
+  /* Write the positions (J x 3) and orientations (J x 4: x, y, z, w) of all joints at a time into `out`. A version has
+     either `places`, positions and orientations in the world, or poses of rigid bones. */
   function pose(version, time, out) {
     const n = version.parents.length, last = version.frames - 1;
     const at = Math.min(Math.max(time * version.fps - 0.5, 0), last);
     const first = Math.min(Math.floor(at), Math.max(last - 1, 0)), second = Math.min(first + 1, last), share = at - first;
-    const { root, turns, offsets, parents } = version, { place, turn } = out;
+    const { root, places, turns, offsets, parents } = version, { place, turn } = out;
     for (let j = 0; j < n; j++) {
       const a = (first * n + j) * 4, b = (second * n + j) * 4;
       const dot = turns[a] * turns[b] + turns[a + 1] * turns[b + 1] + turns[a + 2] * turns[b + 2] + turns[a + 3] * turns[b + 3];
@@ -54,6 +57,11 @@ var CospeechViewer = (() => {
       const norm = Math.hypot(w, x, y, z) || 1;
       w /= norm; x /= norm; y /= norm; z /= norm;
       const p = parents[j], o = 3 * j, q = 4 * j;
+      if (places) {
+        for (let k = 0; k < 3; k++) place[o + k] = (1 - share) * places[3 * (first * n + j) + k] + share * places[3 * (second * n + j) + k];
+        turn[q] = x; turn[q + 1] = y; turn[q + 2] = z; turn[q + 3] = w;
+        continue;
+      }
       if (p < 0) {
         for (let k = 0; k < 3; k++) place[o + k] = offsets[o + k] + (1 - share) * root[3 * first + k] + share * root[3 * second + k];
         turn[q] = x; turn[q + 1] = y; turn[q + 2] = z; turn[q + 3] = w;
@@ -111,8 +119,8 @@ var CospeechViewer = (() => {
       this.addTrails();
       if (version.skinned) this.addSurface(surface);
       this.shadow = new THREE.Mesh(
-        new THREE.CircleGeometry(0.2 * reach, 32).rotateX(-Math.PI / 2),
-        new THREE.MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.14, depthWrite: false }),
+        new THREE.CircleGeometry(0.16 * reach, 32).rotateX(-Math.PI / 2),
+        new THREE.MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.16, depthWrite: false }),
       );
       this.group.add(this.shadow);
     }
@@ -123,9 +131,13 @@ var CospeechViewer = (() => {
       for (let k = 0; k <= 60; k++) {
         pose(this.version, k / 60 * this.version.frames / this.version.fps, this.now);
         for (let i = 0; i < 3 * this.n; i++) {
-          low[i % 3] = Math.min(low[i % 3], this.now.place[i]); high[i % 3] = Math.max(high[i % 3], this.now.place[i]);
+          const value = this.now.place[i];
+          if (value < low[i % 3]) low[i % 3] = value;
+          if (value > high[i % 3]) high[i % 3] = value;
         }
       }
+      for (let a = 0; a < 3; a++) if (low[a] > high[a]) low[a] = high[a] = 0;
+      if (this.version.skinned) { low[1] -= SOLE_M; high[1] += CROWN_M; }
       return { low, high };
     }
 
@@ -156,24 +168,13 @@ var CospeechViewer = (() => {
     }
 
     addBones(reach) {
-      this.links = this.version.parents.map((p, j) => [p, j]).filter(([p, j]) => p >= 0 && this.length(j) > 1e-4 * reach);
-      const thick = Math.min(0.022 * reach, 0.5 * this.medianLength(reach));
+      this.links = this.version.parents.map((p, j) => [p, j]).filter(([p]) => p >= 0);
       const shape = new THREE.CylinderGeometry(0.35, 1, 1, 8, 1).translate(0, 0.5, 0);
       this.bones = new THREE.InstancedMesh(shape, new THREE.MeshLambertMaterial({ color: this.colour }), Math.max(this.links.length, 1));
-      this.knots = new THREE.InstancedMesh(new THREE.SphereGeometry(1, 10, 8), new THREE.MeshLambertMaterial({ color: this.colour }), this.n);
-      this.thick = thick;
+      this.knots = new THREE.InstancedMesh(new THREE.SphereGeometry(1, this.n > MANY_JOINTS ? 4 : 10, this.n > MANY_JOINTS ? 2 : 8), new THREE.MeshLambertMaterial({ color: this.colour }), this.n);
+      this.thick = Math.min(0.022, 0.25 / Math.sqrt(this.n)) * reach;
       this.bones.frustumCulled = this.knots.frustumCulled = false;
       this.group.add(this.bones, this.knots);
-    }
-
-    length(j) {
-      const o = this.version.offsets;
-      return Math.hypot(o[3 * j], o[3 * j + 1], o[3 * j + 2]);
-    }
-
-    medianLength(reach) {
-      const lengths = this.links.map(([, j]) => this.length(j)).sort((a, b) => a - b);
-      return lengths.length ? lengths[lengths.length >> 1] : reach;
     }
 
     addAxes(reach) {
@@ -224,13 +225,15 @@ var CospeechViewer = (() => {
       const turned = new THREE.Quaternion(), matrix = new THREE.Matrix4(), size = new THREE.Vector3();
       this.links.forEach(([p, j], index) => {
         from.fromArray(place, 3 * p); to.fromArray(place, 3 * j); along.subVectors(to, from);
-        const length = along.length() || 1e-9, thick = scale * Math.min(this.thick, 0.25 * length);
+        const length = along.length() || 1e-9, thick = length > 0 ? scale * Math.min(this.thick, 0.25 * length) : 0;
+        if (!thick) { this.bones.setMatrixAt(index, matrix.makeScale(0, 0, 0)); return; }
         turned.setFromUnitVectors(up, along.divideScalar(length));
         this.bones.setMatrixAt(index, matrix.compose(from, turned, size.set(thick, length, thick)));
       });
       turned.identity();
       for (let j = 0; j < this.n; j++) {
-        const radius = 0.8 * scale * this.thick;
+        const radius = place[3 * j] < Infinity ? 0.8 * scale * this.thick : 0;
+        if (!radius) { this.knots.setMatrixAt(j, matrix.makeScale(0, 0, 0)); continue; }
         this.knots.setMatrixAt(j, matrix.compose(from.fromArray(place, 3 * j), turned, size.set(radius, radius, radius)));
       }
       this.bones.count = this.links.length;
@@ -335,7 +338,7 @@ var CospeechViewer = (() => {
       const rows = this.viewer.figures.filter(figure => figure.version.phrases && figure.on);
       const narrow = this.canvas.clientWidth < NARROW_PX, row = narrow ? 34 : 22;
       const curves = this.viewer.take.curves.length ? 58 : 0;
-      this.canvas.style.height = `${curves + row * rows.length + 22}px`;
+      this.canvas.style.height = `${Math.max(curves + row * rows.length, 14) + 22}px`;
       return { rows, row, curves, narrow };
     }
 
@@ -416,6 +419,17 @@ var CospeechViewer = (() => {
 
   /* ---- the viewer ---- */
 
+  /* A grid of squares of half a metre. Its lines are cut at every crossing, since some renderers drop lines that pass
+     the camera. */
+  function floor() {
+    const points = [], half = 20, step = 0.5;
+    for (let a = -half; a <= half; a++) for (let b = -half; b < half; b++) {
+      points.push(a * step, 0, b * step, a * step, 0, (b + 1) * step, b * step, 0, a * step, (b + 1) * step, 0, a * step);
+    }
+    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x888888, transparent: true, opacity: 0.22 }));
+  }
+
   const element = (kind, attributes = {}, ...children) => {
     const made = document.createElement(kind);
     for (const [name, value] of Object.entries(attributes)) {
@@ -476,8 +490,10 @@ var CospeechViewer = (() => {
       this.element.addEventListener("keydown", event => this.key(event));
     }
 
+    /* A button with a hint; one with a symbol instead of a word is read out as its hint. */
     button(text, title, act) {
-      const made = element("button", { type: "button", title, "aria-label": title, text });
+      const made = element("button", { type: "button", title, text });
+      if (!/\w{2}/.test(text)) made.setAttribute("aria-label", title);
       made.addEventListener("click", act);
       return made;
     }
@@ -496,9 +512,9 @@ var CospeechViewer = (() => {
       const sun = new THREE.DirectionalLight(0xffffff, 1.9);
       sun.position.set(1.2, 2.4, 2.2);
       scene.add(sun);
-      const grid = new THREE.GridHelper(40, 80, 0x888888, 0x888888);
-      grid.material.transparent = true; grid.material.opacity = 0.18;
+      const grid = floor();
       scene.add(grid);
+      scene.fog = new THREE.Fog(0xffffff, 1, 2);
       const controls = new THREE.OrbitControls(camera, this.canvas);
       controls.addEventListener("change", () => { this.changed = true; });
       this.scene = { renderer, scene, camera, controls, grid, canvas: this.canvas };
@@ -510,6 +526,7 @@ var CospeechViewer = (() => {
       if (!this.scene) return;
       const style = getComputedStyle(this.element);
       this.scene.scene.background = new THREE.Color(style.getPropertyValue("--cv-stage").trim() || "#f3f3f1");
+      this.scene.scene.fog.color.copy(this.scene.scene.background);
       this.changed = true;
     }
 
@@ -584,13 +601,15 @@ var CospeechViewer = (() => {
       const low = Math.min(...on.map(figure => figure.extent.low[1])), high = Math.max(...on.map(figure => figure.extent.high[1]));
       const near = on.map(figure => (figure.extent.low[2] + figure.extent.high[2]) / 2), middle = near.reduce((a, b) => a + b) / near.length;
       const centre = this.overlaid ? on.reduce((sum, figure) => sum + (figure.extent.low[0] + figure.extent.high[0]) / 2, 0) / on.length : 0;
-      const half = Math.tan(camera.fov / 2 * Math.PI / 180), tall = 0.62 * (high - low) + 0.05 * this.across;
-      const distance = Math.max(tall / half, 0.54 * this.across / (half * camera.aspect)) + 0.5 * this.across * Math.abs(Math.sin(angle * Math.PI / 180));
-      const turn = angle * Math.PI / 180;
+      const half = Math.tan(camera.fov / 2 * Math.PI / 180), tall = 0.6 * (high - low) + 0.02 * this.across;
+      const turn = angle * Math.PI / 180, deep = Math.max(...on.map(figure => figure.extent.high[2] - figure.extent.low[2]));
+      const depth = 0.5 * (Math.abs(Math.sin(turn)) * this.across + Math.abs(Math.cos(turn)) * deep);
+      const distance = Math.max(tall / half, 0.54 * (Math.abs(Math.cos(turn)) * this.across + Math.abs(Math.sin(turn)) * deep) / (half * camera.aspect)) + depth;
       controls.target.set(centre, low + 0.53 * (high - low), middle);
       camera.position.set(centre + distance * Math.sin(turn), low + 0.62 * (high - low), middle + distance * Math.cos(turn));
       camera.near = distance / 200; camera.far = distance * 50;
       camera.updateProjectionMatrix();
+      this.scene.scene.fog.near = 1.25 * distance; this.scene.scene.fog.far = 2.6 * distance;
       const step = 10 ** Math.round(Math.log10(high - low || 1)) / 2;
       grid.scale.setScalar(step / 0.5); grid.position.y = low;
       controls.update();

@@ -1,6 +1,6 @@
 export {
   AmbientLight, AxesHelper, Bone, BufferAttribute, BufferGeometry, CircleGeometry, Color, CylinderGeometry,
-  DirectionalLight, Fog, GridHelper, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  DirectionalLight, Fog, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
   MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Quaternion, Scene, Skeleton, SkinnedMesh,
   SphereGeometry, Uint16BufferAttribute, Float32BufferAttribute, Vector3, WebGLRenderer,
 } from "three";
