@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +49,43 @@ def page(title: str, takes: Sequence[Take]) -> str:
         stage=script_data(stage(sorted(labels))),
         takes=[script_data(packed(take)) for take in takes],
     )
+
+
+def take_script(source: str, take: Take) -> str:
+    """Return the script that brings a take to a page; ``source`` is its address, relative to the page.
+
+    Raises
+    ------
+    UserError : if the take cannot be shown (see ``takes.packed``).
+    """
+    return f"CospeechViewer.receive({script_data(source)}, {script_data(packed(take))});\n"
+
+
+def embedded(
+    scripts: Mapping[str, str], sources: Sequence[str], labels: Sequence[str], budget: int
+) -> dict[str, Any]:
+    """Return what a page needs to contain the viewer.
+
+    Parameters
+    ----------
+    scripts : the script of each take (see ``take_script``) by title.
+    sources : their addresses, relative to the page.
+    labels : the gesture classes.
+    budget : bytes that scripts in the page may take; the others are loaded from next to it when they are chosen.
+    """
+    inside: list[str] = []
+    for script in scripts.values():
+        if len(script) <= budget:
+            inside.append(script)
+            budget -= len(script)
+    takes = [{"title": title, "source": source} for title, source in zip(scripts, sources, strict=True)]
+    return {
+        "parts": parts(),
+        "stage": script_data(stage(labels)),
+        "inside": inside,
+        "takes": script_data(takes),
+        "outside": len(scripts) - len(inside),
+    }
 
 
 def parts() -> dict[str, str]:

@@ -417,6 +417,26 @@ var CospeechViewer = (() => {
     return short.length > 1 ? `${short}…` : "";
   }
 
+  /* ---- takes that other scripts bring ---- */
+
+  const received = new Map();
+
+  /* Take what a script brings; its name is that of the script. */
+  function receive(source, take) { received.set(source, take); }
+
+  /* Return a take, whose script is loaded first if it was not. */
+  function brought(take) {
+    if (!take.source) return take;
+    if (received.has(take.source)) return received.get(take.source);
+    return new Promise((done, failed) => {
+      const script = document.createElement("script");
+      script.src = take.source;
+      script.onload = () => received.has(take.source) ? done(received.get(take.source)) : failed();
+      script.onerror = failed;
+      document.head.append(script);
+    });
+  }
+
   /* ---- the viewer ---- */
 
   /* A grid of squares of half a metre. Its lines are cut at every crossing, since some renderers drop lines that pass
@@ -532,7 +552,7 @@ var CospeechViewer = (() => {
 
     say(text) { this.note.textContent = text; this.note.hidden = !text; }
 
-    /* Add a take; the first one is shown at once. */
+    /* Add a take, or its title and the script that brings it; the first one is shown at once. */
     add(take) {
       this.takes.push(take);
       this.choice.append(element("option", { value: this.takes.length - 1, text: take.title }));
@@ -541,8 +561,15 @@ var CospeechViewer = (() => {
     }
 
     async choose(index) {
-      const take = this.takes[index], versions = await Promise.all(take.versions.map(unpacked));
       this.choice.value = String(index);
+      let take;
+      try { take = await brought(this.takes[index]); } catch {
+        this.say(`${this.takes[index].source} cannot be loaded. It belongs next to this page.`);
+        return;
+      }
+      if (this.choice.value !== String(index)) return; // another one was chosen while this one was loaded
+      if (this.scene) this.say("");
+      const versions = await Promise.all(take.versions.map(unpacked));
       for (const figure of this.figures) { this.scene?.scene.remove(figure.group); figure.dispose(); }
       this.take = take;
       this.clock.load(take);
@@ -713,5 +740,5 @@ var CospeechViewer = (() => {
     }
   }
 
-  return { mount: (host, stage) => new Viewer(host, stage) };
+  return { mount: (host, stage) => new Viewer(host, stage), receive };
 })();
