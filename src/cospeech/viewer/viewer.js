@@ -142,20 +142,14 @@ var CospeechViewer = (() => {
     }
 
     addSurface(surface) {
-      const geometry = new THREE.BufferGeometry(), joints = new Uint16Array(bytes(surface.joint).buffer);
-      const weights = new Float32Array(bytes(surface.weight).buffer), n = weights.length;
-      const indices = new Uint16Array(4 * n), shares = new Float32Array(4 * n);
-      for (let v = 0; v < n; v++) {
-        indices[4 * v] = joints[2 * v]; indices[4 * v + 1] = joints[2 * v + 1];
-        shares[4 * v] = weights[v]; shares[4 * v + 1] = 1 - weights[v];
-      }
-      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes(surface.position).buffer), 3));
-      geometry.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(bytes(surface.normal).buffer), 3));
-      geometry.setAttribute("skinIndex", new THREE.BufferAttribute(indices, 4));
-      geometry.setAttribute("skinWeight", new THREE.BufferAttribute(shares, 4));
-      const shades = Float32Array.from(bytes(surface.colour), value => ((value / 255) ** 2.2));
-      geometry.setAttribute("color", new THREE.BufferAttribute(shades, 3));
-      geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(surface.triangle).buffer), 1));
+      const geometry = new THREE.BufferGeometry(), numbers = (text, Kind) => new Kind(bytes(text).buffer);
+      const attribute = (text, Kind, width) => new THREE.BufferAttribute(numbers(text, Kind), width);
+      geometry.setAttribute("position", attribute(surface.position, Float32Array, 3));
+      geometry.setAttribute("normal", attribute(surface.normal, Float32Array, 3));
+      geometry.setAttribute("skinIndex", attribute(surface.joint, Uint16Array, 4));
+      geometry.setAttribute("skinWeight", attribute(surface.weight, Float32Array, 4));
+      geometry.setAttribute("color", attribute(surface.colour, Float32Array, 3));
+      geometry.setIndex(attribute(surface.triangle, Uint32Array, 1));
       this.joints = this.version.parents.map(() => new THREE.Bone());
       this.joints.forEach(joint => this.group.add(joint));
       const rest = { ...this.version, frames: 1, root: new Float32Array(3), turns: Float32Array.from({ length: 4 * this.n }, (_, i) => i % 4 ? 0 : 1) };
