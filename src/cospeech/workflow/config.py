@@ -221,6 +221,9 @@ def _impossible(config: Config) -> list[str]:
     up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
     if up[-1] == facing[-1]:
         problems.append(f"corpus.markers: up is '{up}' and facing '{facing}'; they must lie along different axes")
+    up, facing = (corpus["head"][key] for key in ("up", "facing"))
+    if up[-1] == facing[-1]:
+        problems.append(f"corpus.head: up is '{up}' and facing '{facing}'; they must lie along different axes")
     for name in names if isinstance(names, dict) else ():
         if name not in NAMES:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)[0]
