@@ -126,11 +126,13 @@ def test_the_first_frame_is_neutral_and_gestures_turn_the_head_where_they_say():
         if gesture == "nod":
             tops = [angles[(times_s >= a) & (times_s < b), 0].max() for a, b in rows[["start_s", "end_s"]].to_numpy()]
         else:
-            held_s = rows["end_s"].to_numpy() - 0.01
-            tops = [np.interp(at, times_s, angles[:, axis]) for at in held_s]
+            tops = np.interp((rows["start_s"] + rows["end_s"]) / 2, times_s, angles[:, axis])
         assert len(tops) > 20
         assert np.mean(tops) == pytest.approx(own.places_deg[gesture][axis], abs=2.0)
         assert np.sign(np.mean(tops)) == sign
+    ends = planted.heads["end_s"].to_numpy()[:-1]
+    between = np.column_stack([np.interp(ends, times_s, angle) for angle in angles.T])
+    assert np.abs(between).mean() < 1.0
 
 
 def test_the_body_turns_its_head_as_planted():

@@ -166,9 +166,8 @@ def hair_depth(x: Floats, y: Floats, z: Floats) -> Floats:
     """Return how far inside of the hair the surface lies at places (...), metres; negative outside of it."""
     above = y - HAIRLINE_M + 12.0 * np.maximum(np.abs(x) - 0.035, 0.0) ** 2
     behind = np.minimum(-z - 0.034, y + 0.085)
-    temple = np.minimum(y - 0.030, 0.030 - z)
-    sideburn = np.minimum(y + 0.004, np.minimum(0.020 - z, z - 0.006))
-    return np.maximum(np.maximum(above, behind), np.maximum(temple, sideburn))
+    temple = np.minimum(y - 0.026 - 0.5 * np.maximum(z, 0.0), 0.030 - z)
+    return np.maximum(above, np.maximum(behind, temple))
 
 
 def _ear(y: Floats, z: Floats) -> Floats:
@@ -191,7 +190,7 @@ def _neck() -> Part:
     columns, rows = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 17)
     turn, up = np.meshgrid(2.0 * np.pi * columns - np.pi, rows)
     y = -0.215 + 0.155 * up
-    radius = 0.056 + 0.020 * np.maximum(0.35 - up, 0.0) ** 2 / 0.1225 - 0.004 * np.sin(np.pi * up)
+    radius = 0.052 + 0.022 * np.maximum(0.35 - up, 0.0) ** 2 / 0.1225 - 0.004 * np.sin(np.pi * up)
     throat = 0.006 * np.exp(-0.5 * ((turn / 0.25) ** 2 + ((y + 0.135) / 0.012) ** 2))
     places = np.stack([radius * np.sin(turn), y, -0.028 + (radius + throat) * np.cos(turn)], axis=-1)
     return Part(places, smooth(-0.125, 0.10, y), columns, rows)
@@ -260,7 +259,7 @@ def _jaw(places_m: Floats, moves: Flags) -> Floats:
     stretched gradually.
     """
     x, y, z = places_m.T
-    width = np.interp(np.abs(x), (0.016, 0.028, 0.06), (SLIT_M, 0.030, 0.060))
+    width = np.interp(np.abs(x), (0.010, 0.027, 0.06), (SLIT_M, 0.020, 0.060))
     share = moves * smooth(0.0, 1.0, (MOUTH_M - y) / width) * smooth(0.035, 0.05, z)
     angle = np.radians(JAW_DEG)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(angle), -np.sin(angle)], [0.0, np.sin(angle), np.cos(angle)]])

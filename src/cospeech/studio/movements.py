@@ -28,6 +28,9 @@ NONE = "none"
 FEWEST, MOST = 3, 6
 """Range of the number of syllables of a movement; all numbers in it are equally likely."""
 
+ACCENTS = 0.2
+"""Factor of the inflections and the loudness of syllables within movements."""
+
 TASTE = 3.0
 """Concentration of the Dirichlet distribution of the next movement; a movement does not follow itself."""
 
