@@ -1,5 +1,7 @@
 """The talking head: what it draws compared with OpenCV's projection, the disparity of its pixels, and a detector."""
 
+from dataclasses import replace
+
 import cv2
 import dlib
 import numpy as np
@@ -208,3 +210,18 @@ def test_a_camera_of_another_size_sees_the_same():
     points = np.random.default_rng(2).uniform(-0.1, 0.1, (20, 3))
     for small, large in zip(stereo.cameras(320), stereo.cameras(1280), strict=True):
         assert (project(small, points) + 0.5) * 4.0 == pytest.approx(project(large, points) + 0.5)
+
+
+def test_a_hand_hides_what_is_behind_it_and_nothing_else(looks, pair):
+    place = np.array([0.02, -0.05, 0.16])
+    acting = replace(face.still(2), hand_m=np.array([[np.nan] * 3, place]))
+    for camera, views in zip(pair, face.render(acting, looks, pair, noise=0.0), strict=True):
+        hidden = np.abs(views[1, 0].astype(int) - views[0, 0]) > 2
+        rows, columns = np.nonzero(hidden)
+        middle = project(camera, place)
+        assert np.array([columns.mean(), rows.mean()]) == pytest.approx(middle, abs=8.0)
+        hand = looks.mesh.places_m[looks.mesh.hand] + place
+        outline = project(camera, hand)
+        assert columns.min() >= outline[:, 0].min() - 2
+        assert rows.max() <= outline[:, 1].max() + 2
+        assert hidden[int(middle[1]), int(middle[0]) - 20 : int(middle[0]) + 20].mean() > 0.8

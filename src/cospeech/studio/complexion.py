@@ -1,4 +1,4 @@
-"""The texture of a head that is filmed: skin with pores, freckles and moles, hair, brows, eyes, lips and a shirt.
+"""The texture of a person who is filmed: skin with pores, freckles and moles, hair, brows, eyes, lips and a shirt.
 
 A texture is an image whose rows and columns lie on the parts of ``mannequin``. Its detail is what optical flow
 follows, and it is about as fine as the pixels of a camera in which a face is 140 pixels wide.
@@ -16,7 +16,7 @@ from cospeech.studio import mannequin
 from cospeech.studio.mannequin import EYE_M, MOUTH_M, smooth
 from cospeech.studio.stage import ycbcr
 
-SIZES = {"head": (330, 420), "neck": (110, 180), "shoulders": (150, 420)}
+SIZES = {"head": (330, 420), "neck": (110, 180), "shoulders": (150, 420), "hand": (180, 200)}
 """Height and width of the texture of each part, texels."""
 
 SKINS = ((224, 178, 150), (205, 150, 120), (188, 134, 104), (150, 104, 80))
@@ -71,7 +71,7 @@ def texture(person: str, seed: int, contrast: float = 1.0) -> Texture:
     skin, hair, iris, shirt = (
         np.array(some[int(rng.integers(len(some)))], dtype=float) for some in (SKINS, HAIRS, IRISES, SHIRTS)
     )
-    head, neck, shoulders = (np.empty((*size, 3)) for size in SIZES.values())
+    head = np.empty((*SIZES["head"], 3))
     height, width = SIZES["head"]
     columns, rows = np.meshgrid(np.linspace(0.0, 1.0, width), np.linspace(1.0, 0.0, height))
     places = mannequin.skull(columns, rows)
@@ -88,12 +88,12 @@ def texture(person: str, seed: int, contrast: float = 1.0) -> Texture:
             for shut in np.linspace(0.0, 1.0, BLINKS + 1)
         ]
     )
-    neck[:] = _plain_skin(0.92 * skin, SIZES["neck"], contrast, rng)
-    shoulders[:] = _shirt(shirt, SIZES["shoulders"], rng)
-    neck *= _under_chin(SIZES["neck"])
+    neck = _plain_skin(0.92 * skin, SIZES["neck"], contrast, rng) * _under_chin(SIZES["neck"])
+    shoulders = _shirt(shirt, SIZES["shoulders"], rng)
+    hand = _fingers(_plain_skin(0.95 * skin, SIZES["hand"], contrast, rng))
     whole = np.zeros((sum(size[0] for size in SIZES.values()), max(size[1] for size in SIZES.values()), 3))
     first = 0
-    for part in (head, neck, shoulders):
+    for part in (head, neck, shoulders, hand):
         whole[first : first + part.shape[0], : part.shape[1]] = part
         first += part.shape[0]
     whole[top:bottom, left:right] = eyes[0]
@@ -216,6 +216,14 @@ def _shirt(shirt: Floats, size: tuple[int, int], rng: np.random.Generator) -> Fl
     weave = 0.10 * np.sin(2.0 * np.pi * row / 7.0) + 0.10 * np.sin(2.0 * np.pi * column / 9.0)
     folds = 0.10 * noise(size, 30.0, rng) + 0.05 * noise(size, 2.0, rng)
     return np.asarray(np.clip(shirt * (1.0 + weave + folds)[..., None], 4.0, 250.0))
+
+
+def _fingers(colour: Floats) -> Floats:
+    """Return the skin of the hand (H, W, 3) with dark gaps between the fingers."""
+    columns, rows = np.meshgrid(np.linspace(0.0, 1.0, colour.shape[1]), np.linspace(1.0, 0.0, colour.shape[0]))
+    across = 2.0 * np.sin(2.0 * np.pi * columns - np.pi)
+    gap = np.exp(-0.5 * ((across - np.round(across)) / 0.07) ** 2) * (np.abs(across) < 1.5)
+    return np.asarray(colour * (1.0 - 0.6 * gap * smooth(0.52, 0.06, rows))[..., None])
 
 
 def _under_chin(size: tuple[int, int]) -> Floats:

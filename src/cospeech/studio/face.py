@@ -43,12 +43,14 @@ class Acting:
         forward, metres.
     blink : (T,) how far the eyes are shut, 0 to 1.
     mouth : (T,) how far the mouth is open, 0 to 1.
+    hand_m : (T, 3) place of the middle of a raised hand, NaN in frames without one; None if there is none at all.
     """
 
     angles_deg: Floats
     shift_m: Floats
     blink: Floats
     mouth: Floats
+    hand_m: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -104,12 +106,13 @@ def frames(
     The arrays are overwritten in every frame.
     """
     scene = _Scene(looks)
-    scene.move(np.eye(3, dtype=np.float32), np.zeros(3, dtype=np.float32), 0.0, 0.0)
+    scene.move(np.eye(3, dtype=np.float32), np.zeros(3, dtype=np.float32), 0.0, 0.0, np.full(3, np.nan))
     views = [_View(camera, scene, noise, seed) for camera in cameras]
     turns = rotation.from_euler("XYZ", acting.angles_deg).astype(np.float32)
     shifts = acting.shift_m.astype(np.float32)
-    for turn, shift, blink, mouth in zip(turns, shifts, acting.blink, acting.mouth, strict=True):
-        scene.move(turn, shift, float(blink), float(mouth))
+    hands = np.full(shifts.shape, np.nan) if acting.hand_m is None else acting.hand_m
+    for turn, shift, blink, mouth, hand in zip(turns, shifts, acting.blink, acting.mouth, hands, strict=True):
+        scene.move(turn, shift, float(blink), float(mouth), hand)
         yield [view.shoot(scene) for view in views]
 
 
@@ -124,14 +127,18 @@ class _Scene:
         ]
         self._sun = (SUN / np.linalg.norm(SUN)).astype(np.float32)
         self.texels = mesh.texels.astype(np.float32)
-        trunk = (mesh.follows[mesh.triangles] == 0.0).all(axis=1)
-        self.trunk, self.moving = mesh.triangles[trunk], mesh.triangles[~trunk]
+        hand = mesh.hand[mesh.triangles].all(axis=1)
+        trunk = (mesh.follows[mesh.triangles] == 0.0).all(axis=1) & ~hand
+        self.trunk, self.moving = mesh.triangles[trunk], mesh.triangles[~trunk & ~hand]
+        self._without_hand, self._with_hand = self.moving, mesh.triangles[~trunk]
         self.texture = looks.texture.open.copy()
         self.seen = np.empty((len(mesh.places_m), 4), dtype=np.float32)
 
-    def move(self, turn: Singles, shift: Singles, blink: float, mouth: float) -> None:
-        """Pose the head with a rotation (3, 3) and a displacement (3,), and set eyes and mouth."""
+    def move(self, turn: Singles, shift: Singles, blink: float, mouth: float, hand_m: Floats) -> None:
+        """Pose the head with a rotation (3, 3) and a displacement (3,), and set eyes, mouth and hand."""
         raster.pose(*self._mesh, np.float32(mouth), turn, shift, self._sun, np.float32(AMBIENT), self.seen)
+        self.moving = self._without_hand if np.isnan(hand_m).any() else self._with_hand
+        self.seen[self._looks.mesh.hand, :3] = self._mesh[0][self._looks.mesh.hand] + hand_m
         eyes = self._looks.texture.eyes[round(blink * BLINKS)]
         row, column = self._looks.texture.corner
         self.texture[row : row + eyes.shape[0], column : column + eyes.shape[1]] = eyes

@@ -1,4 +1,4 @@
-"""The shape of a head that is filmed: skull, face and ears, neck and shoulders, as a mesh of triangles.
+"""The shape of a person who is filmed: skull, face and ears, neck and shoulders, and a hand, as a mesh of triangles.
 
 The frame of the head has its origin between the ears, x to the person's left, y up and z in the direction that the
 face points, metres. The skull is an ellipsoid whose width and depth change with height. Nose, brow ridges, eye
@@ -81,6 +81,7 @@ class Mesh:
     texels : (V, 2) column and row in the texture.
     follows : (V,) share in which a vertex moves with the head rather than with the trunk.
     jaw_m : (V, 3) displacement with an open mouth.
+    hand : (V,) whether a vertex belongs to the hand, whose places are relative to its middle.
     triangles : (F, 3) vertices, anticlockwise as seen from outside.
     """
 
@@ -89,6 +90,7 @@ class Mesh:
     texels: Floats
     follows: Floats
     jaw_m: Floats
+    hand: Flags
     triangles: Integers
 
 
@@ -206,12 +208,24 @@ def _shoulders() -> Part:
     return Part(np.stack([x, y, z], axis=-1), np.zeros(x.shape), columns, rows)
 
 
-PARTS = {"head": _head, "neck": _neck, "shoulders": _shoulders}
+def _hand() -> Part:
+    """Return a raised hand with the palm towards the face, whose fingers are ridges."""
+    columns, rows = np.linspace(0.0, 1.0, 49), np.linspace(0.0, 1.0, 33)
+    turn, up = np.meshgrid(2.0 * np.pi * columns - np.pi, np.pi * (rows - 0.5))
+    level = np.cos(up) ** 0.4
+    x = 0.043 * level * np.sin(turn)
+    fingers = smooth(0.0, 0.02, 0.090 * np.sin(up)) * np.abs(np.sin(np.pi * (x / 0.0215)))
+    y = 0.092 * np.sin(up) - 0.012 * smooth(0.02, 0.08, 0.092 * np.sin(up)) * (x / 0.043) ** 2
+    z = (0.013 * level + 0.004 * fingers) * np.cos(turn)
+    return Part(np.stack([x, y, z], axis=-1), np.zeros(x.shape), columns, rows)
+
+
+PARTS = {"head": _head, "neck": _neck, "shoulders": _shoulders, "hand": _hand}
 """The parts of the mesh, in the order in which their textures lie above one another."""
 
 
 def mesh(sizes: dict[str, tuple[int, int]]) -> Mesh:
-    """Return the mesh of head, neck and shoulders.
+    """Return the mesh of head, neck, shoulders and hand.
 
     Parameters
     ----------
@@ -236,10 +250,11 @@ def mesh(sizes: dict[str, tuple[int, int]]) -> Mesh:
         triangles.append(faces + first)
         first, top = first + len(flat), top + height
     whole, faces = np.concatenate(places), np.concatenate(triangles)
-    moves = np.arange(len(whole)) < len(places[0])
+    part_of = np.repeat(np.arange(len(places)), [len(part) for part in places])
     return Mesh(
-        whole, np.concatenate(normals), np.concatenate(texels), np.concatenate(follows), _jaw(whole, moves), faces
-    )
+        whole, np.concatenate(normals), np.concatenate(texels), np.concatenate(follows),
+        _jaw(whole, part_of == 0), part_of == len(places) - 1, faces,
+    )  # fmt: skip
 
 
 def _normals(places_m: Floats, triangles: Integers) -> Floats:
