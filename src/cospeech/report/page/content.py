@@ -16,6 +16,18 @@ from cospeech.report.scores import at_main
 Config = dict[str, Any]
 
 
+LEAD = (
+    "Which gestures go with which melody of speech? A system learns this from recordings of a person and then invents "
+    "gestures for a recording that it has not heard before. This page shows how well that works."
+)
+
+DOCUMENT = (
+    "Serkan Özkul", "Speech Driven Upper Body Gesture Analysis and Synthesis",
+    "master's thesis, Koç University, September 2012",
+)  # fmt: skip
+"""Author, title and kind of the document whose published values the page shows."""
+
+
 class Failure(NamedTuple):
     """A system that failed, and why."""
 
@@ -63,6 +75,8 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     )
     return {
         "run": run,
+        "lead": LEAD,
+        "document": DOCUMENT,
         "config": config,
         "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
         "headline": headline(*compared, level),
