@@ -21,6 +21,7 @@ from cospeech.api import ActorModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import RATE_HZ
+from cospeech.kernels.jit import njit
 from cospeech.live.hearing import Hearing
 from cospeech.live.phrases import Player
 from cospeech.motion import library
@@ -108,8 +109,11 @@ class LiveSteps:
         if recent is not None:
             label, features = recent.latest("prosody_labels" in self._system.needs)
             heard = heard._replace(label=label, features=features | {"time_s": heard.time_s})
-        with naming(self._system):
+        try:
             return self._method.step(self._state, heard)
+        except (Exception, SystemExit):
+            with naming(self._system):  # entered only now, as this is called for every frame
+                raise
 
     def end(self, n_samples: int) -> Any:
         """Return what the system makes when the speech ends."""
@@ -125,6 +129,12 @@ class LiveSteps:
             raise UserError(_no_controls(self._system.name))
         with naming(self._system):
             self._method.control(self._state, name, value)
+
+
+@njit
+def _finite(frames: Floats) -> bool:
+    """Return whether all numbers of frames (n, W) are finite."""
+    return bool(np.isfinite(frames).all())
 
 
 class LiveMotion:
@@ -156,7 +166,7 @@ class LiveMotion:
         if len(made) == 0:
             return np.empty((0, self._width))
         frames = library.from_motion(made).frames if isinstance(made, pd.DataFrame) else np.asarray(made)
-        if frames.ndim != 2 or frames.shape[1] != self._width or not np.isfinite(frames).all():
+        if frames.ndim != 2 or frames.shape[1] != self._width or not _finite(frames):
             raise UserError(
                 f"system '{self._name}' declares that it makes motion, but it returned an array of shape "
                 f"{frames.shape}, or one with NaN; frames of its body have {self._width} finite numbers"

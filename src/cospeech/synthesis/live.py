@@ -5,6 +5,7 @@ Their synthesis of a whole record is a loop over the same steps, so live and off
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -103,7 +104,12 @@ def frame_known(known_s: Floats, frame_s: float) -> npt.NDArray[np.int64]:
 
     A live listener that has heard a frame to its end knows what becomes known by then.
     """
-    return np.maximum(np.ceil(known_s / frame_s - 1e-6).astype(np.int64) - 1, 0)
+    return np.array([frame_at(one, frame_s) for one in known_s.tolist()], dtype=np.int64)
+
+
+def frame_at(known_s: float, frame_s: float) -> int:
+    """Return the prosody frame with which one syllable becomes known; see ``frame_known``."""
+    return max(math.ceil(known_s / frame_s - 1e-6) - 1, 0)
 
 
 def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, seed: int) -> Synthesis:

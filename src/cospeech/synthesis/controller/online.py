@@ -60,7 +60,8 @@ class State:
 
     def next_frame(self) -> Floats:
         """Return the next motion frame, after the decisions that it needs."""
-        while self.n_steps <= self.screen.step:
+        current = self.screen.step
+        while self.n_steps <= current:
             belief = self.beliefs.step(self.listener.at(self.n_steps * self.layer.step_s))
             self.shown = self.player.step(self.situation.of(belief))
             self.n_steps += 1
@@ -84,10 +85,13 @@ def step(state: State, heard: Heard) -> Floats:
     heard_s = (heard.frame + 1) * state.frame_s
     if not state.screen.due(heard_s):
         return state.nothing
-    made = [state.next_frame()]
+    made = state.next_frame()
+    if not state.screen.due(heard_s):
+        return made[None]
+    rest = [state.next_frame()]
     while state.screen.due(heard_s):
-        made.append(state.next_frame())
-    return np.array(made)
+        rest.append(state.next_frame())
+    return np.array([made, *rest])
 
 
 def end(state: State, speech: Speech) -> Floats:

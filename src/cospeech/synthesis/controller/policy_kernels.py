@@ -217,6 +217,34 @@ def evaluate(
 
 
 @njit
+def decide(
+    values: Floats, entering: Floats, closing: Flags, row: Floats, piece: int, belief: Floats
+) -> tuple[int, float]:
+    """Return the cheapest continuation after a piece, a segment or ``CONTINUE``, and its expected cost.
+
+    Parameters
+    ----------
+    values, entering : (B, I) and (A, I), from the first frame of each piece and of each segment on.
+    closing : (B,) whether a piece is the last of its segment.
+    row : (A,) successor costs of the piece.
+    belief : (I,); states of probability 0 cost no time.
+    """
+    known = np.flatnonzero(belief)
+    best, least = CONTINUE, math.inf
+    if not closing[piece]:
+        least = 0.0
+        for i in known:
+            least += belief[i] * values[piece + 1, i]
+    for a in range(len(entering)):
+        cost = row[a]
+        for i in known:
+            cost += belief[i] * entering[a, i]
+        if cost < least:
+            best, least = a, cost
+    return best, least
+
+
+@njit
 def undominated(candidates: Floats, order: Integers, kept: Integers) -> int:
     """Return how many candidates are not dominated, and write their indices to ``kept`` (A,).
 
