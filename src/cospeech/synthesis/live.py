@@ -59,8 +59,21 @@ class Heard(NamedTuple):
     syllables: tuple[Mapping[str, float], ...] = ()
 
 
+class Controls(NamedTuple):
+    """What can be changed while a live system runs: keywords that call for gestures, and styles of the motion."""
+
+    keywords: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+
+
 class LiveMethod(Protocol):
-    """The module behind a declaration with ``live``: these functions take the place of ``Method.synthesise``."""
+    """The module behind a declaration with ``live``: these functions take the place of ``Method.synthesise``.
+
+    A system that can be changed while it runs also has ``controls(model) -> Controls`` and ``prepare(state, name,
+    value)``, where the name is ``keyword`` or ``style:<name>``. The latter raises UserError if there is no such
+    keyword or style. It may be called in another thread, changes nothing, and returns a function that makes the
+    change.
+    """
 
     def start(self, model: Model, stream: Stream, seed: int) -> State:
         """Return the state before anything is heard."""

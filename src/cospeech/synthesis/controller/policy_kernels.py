@@ -21,7 +21,7 @@ UNKNOWN = -2
 """In place of a segment: nothing has been chosen yet."""
 
 
-@njit
+@njit(nogil=True)
 def piece_costs(
     segment: Integers, terms: Integers, distances: Floats, transitions: Floats, discount: float, costs: Floats
 ) -> None:
@@ -51,7 +51,7 @@ def piece_costs(
             ahead, after = after, ahead
 
 
-@njit
+@njit(nogil=True)
 def entering_values(powers: Floats, entered: Floats, expected: Floats) -> None:
     """Fill ``expected`` (N, A, I) with the sum over j of P_n(j | i) * entered[a, j].
 
@@ -70,7 +70,7 @@ def entering_values(powers: Floats, entered: Floats, expected: Floats) -> None:
                     row[i] += value * column[i]
 
 
-@njit
+@njit(nogil=True)
 def improve(
     start: int,
     rows: Floats,
@@ -149,7 +149,7 @@ def improve(
             improved[b, i] = costs[b, i] + factors[b] * best[i]
 
 
-@njit
+@njit(nogil=True)
 def evaluate(
     first: Integers,
     power_of: Integers,
