@@ -25,6 +25,7 @@ def motion_inputs(systems):
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet",
         "motions": training_motions,
         "own": f"{RESULTS}/motion/{{record}}.parquet",
+        "spoken": SPOKEN_SYLLABLES,
     }
 
 

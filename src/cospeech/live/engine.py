@@ -12,11 +12,12 @@ from cospeech.api import ActorModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import FEW_CLIPPED
-from cospeech.live.control import Listener
+from cospeech.live.changes import Changing, Listener
 from cospeech.live.delays import Delays
 from cospeech.live.hearing import Hearing
 from cospeech.live.outputs import Output
 from cospeech.live.performing import Performer, performer
+from cospeech.live.recogniser import Recogniser
 from cospeech.live.sound import Source
 from cospeech.synthesis.live import Heard
 
@@ -55,7 +56,8 @@ class Engine:
     outputs : where the motion goes.
     fps : frame rate of the motion.
     note : says in one line what the user should know.
-    listener : where changes of style and keywords come from.
+    listeners : where changes of style and keywords come from.
+    recogniser : what recognises keywords in the sound; it is one of the listeners, too.
 
     Attributes
     ----------
@@ -73,10 +75,13 @@ class Engine:
         outputs: Sequence[Output],
         fps: float,
         note: Note,
-        listener: Listener | None = None,
+        listeners: Sequence[Listener] = (),
+        recogniser: Recogniser | None = None,
     ) -> None:
         self._source, self._hearing, self._performer, self._outputs = source, hearing, performer, outputs
-        self._fps, self._note, self._listener = fps, note, listener
+        self._fps, self._note, self._recogniser = fps, note, recogniser
+        self._listeners = listeners if recogniser is None else (*listeners, recogniser)
+        self._changing = Changing(performer.prepare, note)
         self._stopped = False
         self._watched = source.in_real_time or any(output.in_real_time for output in outputs)
         self._n_heard = 0
@@ -99,6 +104,8 @@ class Engine:
         gc.freeze()  # what is loaded stays, so that collections need not look at it
         try:
             for piece in self._pieces():
+                if self._recogniser is not None:
+                    self._recogniser.hear(piece)
                 self._process(self._hearing.push(piece))
             self._end()
         finally:
@@ -112,7 +119,7 @@ class Engine:
         self._begin_s = heard_s if self._source.begun_s is None else self._source.begun_s
         waiting = False
         while not self._stopped:
-            self._listen()
+            self._changing.listen(self._listeners)
             samples = self._source.read(WAIT_S)
             if samples is None:
                 return
@@ -159,15 +166,6 @@ class Engine:
             self.n_frames += 1
             self.out_delays.add(time.perf_counter() - self._arrived_s)
 
-    def _listen(self) -> None:
-        if self._listener is None:
-            return
-        try:
-            for change in self._listener.changes():
-                self._performer.control(*change)
-        except UserError as error:
-            self._note(str(error))
-
     def _end(self) -> None:
         """Hear and show what is left."""
         self._arrived_s = time.perf_counter()
@@ -191,8 +189,9 @@ class Engine:
         """Complete all outputs, and raise the first error only then."""
         errors: list[UserError] = []
         self._source.close()
-        if self._listener is not None:
-            self._listener.close()
+        self._changing.close()
+        for listener in self._listeners:
+            listener.close()
         for output in self._outputs:
             try:
                 output.close()
