@@ -93,15 +93,14 @@ SMOOTHED = np.hanning(9)[1:-1]
 
 
 class Speech(NamedTuple):
-    """The speech of a record without sound: tables of the schemas ``prosody``, ``syllables`` and ``melody``."""
+    """The speech of a record without sound: tables of the schemas ``prosody`` and ``syllables``."""
 
     prosody: pd.DataFrame
     syllables: pd.DataFrame
-    melody: pd.DataFrame
 
 
 def speech(record: str, scene: Scene, base_hz: float, frame_s: float, voiced_gain: float, seed: int) -> Speech:
-    """Return the simulated speech of one record; see ``features``, ``syllables`` and ``melody``.
+    """Return the simulated speech of one record; see ``features`` and ``syllables``.
 
     In the world ``phrases``, where no syllables are planted, they are sampled here, with an even tempo.
     """
@@ -114,7 +113,6 @@ def speech(record: str, scene: Scene, base_hz: float, frame_s: float, voiced_gai
     return Speech(
         features(record, scene.prosody, base_hz, frame_s, voiced_gain, seed, contours),
         syllables(record, scene.prosody, spoken, base_hz, seed, contours),
-        melody(record, scene.prosody, base_hz, seed, contours),
     )
 
 
@@ -259,21 +257,20 @@ def syllables(
     return table.assign(record=record, syllable=np.arange(len(table)))[["record", "syllable", *voiced.columns]]
 
 
-def melody(
-    record: str, prosody: pd.DataFrame, base_hz: float, seed: int, contours: Contours = phrase_contours
-) -> pd.DataFrame:
+def melody(record: str, scene: Scene, base_hz: float, seed: int) -> pd.DataFrame:
     """Return the simulated pitch and intensity of one record at 100 Hz (schema ``melody``; Sargin 2006, 4.1.2).
 
     Parameters
     ----------
-    prosody : the intonation phrases of the record in the script.
+    scene : the scene of the record.
     base_hz : base pitch of the speaker.
-    contours : pitch and intensity of the speech.
     """
+    delivery = scene.delivery()
+    contours = phrase_contours if delivery is None else delivery.contours
     rng = random_source(seed, "simulated melody", record)
-    n_frames = round(float(prosody["end_s"].iloc[-1]) / MELODY_S)
+    n_frames = round(float(scene.prosody["end_s"].iloc[-1]) / MELODY_S)
     times_s = frame_times(n_frames, 1.0 / MELODY_S)
-    pitch_st, planted_db = contours(prosody, times_s)
+    pitch_st, planted_db = contours(scene.prosody, times_s)
     active = ~np.isnan(pitch_st)
     voiced = active & _voicing(n_frames, rng, MELODY_RUNS)
     error_st = np.where(rng.random(n_frames) < MELODY_STRAY, MELODY_STRAY_ST, MELODY_PITCH_ST)
