@@ -107,7 +107,7 @@ def test_short_movements_are_kept_if_they_are_strong():
 
 
 def test_a_short_dip_separates_two_strokes_where_it_is_slowest():
-    """A stroke and a retraction, with a moment at which the arm reverses; a dip in a movement without a second stroke separates nothing."""
+    """The arm reverses between a stroke and a retraction. A dip without a second stroke separates nothing."""
     dip, stroke = np.array([0.8, 0.1, 0.5]), np.full(10, 3.0)
     turning = np.concatenate([np.zeros(10), stroke, dip, stroke, np.zeros(10)])
     starts, _, still = subunits.boundaries(turning, 1.0, 20.0, 0.2, 99.0)

@@ -126,10 +126,10 @@ def boundaries(
 ) -> tuple[Integers, Integers, Flags]:
     """Return the first frames of subunits, the first frames after them, and whether they are still.
 
-    A subunit has a minimum length, or it is a short movement with a large integral of z. Other short movements belong
-    to the stillness around them. A dip below the threshold that is too short for a subunit separates two strokes at
-    its slowest frame. A subunit that is longer than ``longest_s`` is divided at the slowest frame of its middle third,
-    until no part is too long.
+    A subunit has a minimum length, or it is a short movement with a large integral of z. Other short movements
+    belong to the stillness around them. A dip below the threshold that is too short for a subunit separates two
+    strokes at its slowest frame. A subunit that is longer than ``longest_s`` is divided at the slowest frame of its
+    middle third, until no part is too long.
 
     Parameters
     ----------
