@@ -66,6 +66,7 @@ SOURCES = {
         "synthesis/{in_timeline.name}/{in_timeline.variant}/{first_record}/{in_timeline.phrases_file}", "segments"
     ),
     "decoding": Source("synthesis/{third_party.name}/{third_party.variant}/{record}/decoding.parquet", "decoding"),
+    "record_scores": Source("evaluation/record_scores.parquet", "record_scores"),
     "session_scores": Source("evaluation/session_scores.parquet", "session_scores"),
     "differences": Source("evaluation/differences.parquet", "differences"),
     "motion_statistics": Source("evaluation/motion_statistics.parquet", "motion_statistics"),
@@ -156,7 +157,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "worlds", "every_world", "worlds:draw",
-        sources={"differences": "differences"}, settings={"studio": "studio"},
+        sources={"differences": "differences", "scores": "record_scores"}, settings={"studio": "studio"},
         needs=("worlds",), show="worlds:table",
     ),
     Exhibit(

@@ -9,7 +9,7 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import findings
+from cospeech.report.page.findings import findings, headline
 from cospeech.report.page.sections import Shown
 from cospeech.report.scores import at_main
 
@@ -61,12 +61,12 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     shown : the exhibits.
     """
     numbers = {one.exhibit.name: one.numbers for one in shown}
+    compared = at_main(tables["session_scores"], run.systems), tables["differences"], run.systems
+    level = config["evaluation"]["bootstrap"]["level"]
     found = findings(
-        at_main(tables["session_scores"], run.systems),
-        tables["differences"],
-        run.systems,
+        *compared,
         best_published_s=run.published["fig-7.2a"]["best_S"],
-        level=config["evaluation"]["bootstrap"]["level"],
+        level=level,
         recovery=numbers.get("fig-recovery"),
         motion=numbers.get("fig-motion"),
         capture=numbers.get("table-capture"),
@@ -78,6 +78,7 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         "document": DOCUMENT,
         "config": config,
         "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
+        "headline": headline(*compared, level),
         "findings": found,
         "parts": sections.parts(shown),
         "notes": notes.grouped(tables["records"]),
