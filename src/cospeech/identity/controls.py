@@ -23,7 +23,7 @@ CEILING = "tested clips too"
 CONTROLS = (
     "another speaker",
     "another name",
-    "shuffled",
+    "shuffled lips",
     "noise",
     "whitened",
     "audio alone",
@@ -164,7 +164,7 @@ def _noise(features: Features, clip: int, seed: int) -> Floats:
 WRONG_LIPS: dict[str, Callable[[Features, int, int], Floats | None]] = {
     "another speaker": _another_speaker,
     "another name": _another_name,
-    "shuffled": _shuffled,
+    "shuffled lips": _shuffled,
     "noise": _noise,
 }
 """The controls with lips that do not belong to the voice: ``(features, clip, seed) -> (T, N_L)``."""
