@@ -117,6 +117,7 @@ localrules:
     markers,
     calibration,
     quality,
+    clips,
     libraries,
     models,
     verify,
@@ -165,6 +166,11 @@ rule calibration:
 rule quality:
     input:
         expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
+
+
+rule clips:
+    input:
+        expand(f"{RESULTS}/clips/{{record}}", record=RECORDS if "motion" in BRINGS else []),
 
 
 rule verify:

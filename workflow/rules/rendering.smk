@@ -124,6 +124,25 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/comparison.py"
 
+    # On request: the same seconds of a record in each version, without labels, for perception studies.
+    rule record_clips:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in COMPARED),
+            ],
+            phrases=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+            audio=SOUND,
+        output:
+            folder=directory(f"{RESULTS}/clips/{{record}}"),
+        params:
+            settings=FILM,
+            versions=[ORIGINAL, *COMPARED],
+        message:
+            f"clips of {{wildcards.record}}: original, {', '.join(COMPARED)}"
+        script:
+            "../../scripts/rendering/record_clips.py"
+
     rule stills:
         input:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
