@@ -125,7 +125,7 @@ if "motion" in BRINGS:
             "../../scripts/rendering/comparison.py"
 
     # On request: the same seconds of a record in each version, without labels, for perception studies.
-    rule record_clips:
+    rule survey_clips:
         input:
             motions=[
                 f"{RESULTS}/motion/{{record}}.parquet",
@@ -134,14 +134,38 @@ if "motion" in BRINGS:
             phrases=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
             audio=SOUND,
         output:
-            folder=directory(f"{RESULTS}/clips/{{record}}"),
+            folder=directory(f"{RESULTS}/survey/{{record}}"),
         params:
             settings=FILM,
             versions=[ORIGINAL, *COMPARED],
         message:
             f"clips of {{wildcards.record}}: original, {', '.join(COMPARED)}"
         script:
-            "../../scripts/rendering/record_clips.py"
+            "../../scripts/rendering/survey_clips.py"
+
+    # What the 3D viewer shows next to the original: the animated systems, driven by the right speech.
+    VIEWED = [name for name in ANIMATED if SYSTEMS[name].drive == "own"]
+
+    rule viewer:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in VIEWED),
+            ],
+            phrases=[
+                f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+                *(made_by(system, shown_phrases(system)) for system in VIEWED),
+            ],
+            audio=SOUND,
+        output:
+            script=f"{REPORTS}/viewer/{{record}}.js",
+        params:
+            titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
+            shown=[True, *(system in COMPARED for system in VIEWED)],
+        message:
+            "{wildcards.record} for the 3D viewer"
+        script:
+            "../../scripts/rendering/viewer.py"
 
     rule stills:
         input:
@@ -159,15 +183,18 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/stills.py"
 
+    # A record of each actor, as far as their rows fit a page.
+    STRIPPED = FIRST_RECORDS[:3]
+
     rule strip:
         input:
-            motions=expand(made_by(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
-            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=FIRST_RECORDS),
+            motions=expand(made_by(SHOWN, "motion.parquet"), record=STRIPPED),
+            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=STRIPPED),
         output:
             picture=f"{RESULTS}/animation/strip.png",
         params:
             system=SHOWN,
-            records=FIRST_RECORDS,
+            records=STRIPPED,
         message:
             f"frames of the animation by {SHOWN}"
         script:

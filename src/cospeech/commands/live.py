@@ -83,6 +83,12 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         help=f"where to send motion to, or off (default: {VMC})",
     )
     parser.add_argument(
+        "--web",
+        type=_web,
+        metavar="PORT",
+        help="show the motion on a page in the browser, as [HOST:]PORT (default host: this machine only)",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         action="append",
@@ -134,6 +140,10 @@ def _vmc(text: str) -> tuple[str, int] | None:
     return None if text == "off" else _address(text, "")
 
 
+def _web(text: str) -> tuple[str, int]:
+    return _address(text, "127.0.0.1")
+
+
 def _osc(text: str) -> tuple[str, int]:
     return _address(text, THIS_MACHINE)
 
@@ -152,8 +162,8 @@ def run(arguments: argparse.Namespace) -> int:
         return _recover(arguments)
     if arguments.microphone is not None and arguments.channel is not None:
         arguments.error("--channel belongs to --pcm and --play")
-    if arguments.vmc is None and not arguments.record:
-        arguments.error("nothing shows the motion; leave out --vmc off, or add --record")
+    if arguments.vmc is None and arguments.web is None and not arguments.record:
+        arguments.error("nothing shows the motion; leave out --vmc off, or add --web or --record")
     begun_s = time.perf_counter()
     note_compilation()
     with _signals() as stoppable:
@@ -211,6 +221,14 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
             host, port = arguments.vmc
             outputs.append(vmc.Vmc(performer.body, host, port, note))
             opened.callback(outputs[-1].close)
+        shown = None
+        if arguments.web is not None:
+            from cospeech.live import web
+
+            shown = web.Page(performer.body, fps, performer.controls, *arguments.web)
+            opened.callback(shown.close)
+            outputs.append(shown)
+            listeners.append(shown)
         for path in arguments.record:
             outputs.append(recording.Recorder(path, performer.body, fps, model.card, arguments.overwrite, note))
             opened.callback(outputs[-1].close)
@@ -218,7 +236,11 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
         opened.pop_all()  # from here on, the engine closes them
     if arguments.vmc is not None:
         note(f"sending VMC to {':'.join(map(str, arguments.vmc))}; Ctrl-C stops")
-    return engine.Engine(source, hearing, performer, outputs, fps, note, listeners, recogniser), model
+    running = engine.Engine(source, hearing, performer, outputs, fps, note, listeners, recogniser)
+    if shown is not None:
+        shown.follow(lambda: running.arrived_s)
+        note(f"open {shown.address}/ in a browser")
+    return running, model
 
 
 def _listeners(arguments: argparse.Namespace, offered: Controls, opened: ExitStack) -> list[Listener]:

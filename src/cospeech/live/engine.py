@@ -62,6 +62,7 @@ class Engine:
     Attributes
     ----------
     n_frames : number of frames shown.
+    arrived_s : when the sound arrived that is processed, as ``time.perf_counter`` tells it.
     out_delays : from the arrival of the sound until the motion that it completed is out. Sound that is held back
         arrives when it would have been spoken.
     syllable_delays : from the peak of a syllable until it is known.
@@ -85,7 +86,7 @@ class Engine:
         self._stopped = False
         self._watched = source.in_real_time or any(output.in_real_time for output in outputs)
         self._n_heard = 0
-        self._begin_s = self._arrived_s = 0.0
+        self._begin_s = self.arrived_s = 0.0
         self.n_frames = 0
         self.out_delays, self.syllable_delays = Delays(), Delays()
 
@@ -135,7 +136,7 @@ class Engine:
             for first in range(0, len(samples), size):
                 piece = samples[first : first + size]
                 self._n_heard += len(piece)
-                self._arrived_s = now_s
+                self.arrived_s = now_s
                 self._wait()
                 if self._stopped:
                     return
@@ -150,7 +151,7 @@ class Engine:
         due_s = self._begin_s + (spoken_s if self._source.in_real_time else spoken_s / FASTER - AHEAD_S)
         while not self._stopped and (left_s := due_s - time.perf_counter()) > 0:
             time.sleep(min(left_s, WAIT_S))
-            self._arrived_s = due_s
+            self.arrived_s = due_s
 
     def _process(self, frames: Iterator[Heard]) -> None:
         for heard in frames:
@@ -164,11 +165,11 @@ class Engine:
             for output in self._outputs:
                 output.show(self.n_frames, time_s, pose)
             self.n_frames += 1
-            self.out_delays.add(time.perf_counter() - self._arrived_s)
+            self.out_delays.add(time.perf_counter() - self.arrived_s)
 
     def _end(self) -> None:
         """Hear and show what is left."""
-        self._arrived_s = time.perf_counter()
+        self.arrived_s = time.perf_counter()
         self._process(self._hearing.finish())
         if self._hearing.n_frames:
             self._show(self._performer.end(self._hearing.n_samples))

@@ -62,7 +62,7 @@ def cut(motion: pd.DataFrame, phrases: pd.DataFrame, span: Span) -> Panel:
 
 
 def table(record: str, found: Sequence[Span], versions: Sequence[str]) -> pd.DataFrame:
-    """Return the table ``clips`` of a record: one row per clip and version, with the name of its file."""
+    """Return the table ``survey_clips`` of a record: one row per clip and version, with the name of its file."""
     rows = [
         {"record": record, "clip": number, "version": version, "start_s": span.start_s, "end_s": span.end_s}
         | {"file": f"{number}~{version}.mp4"}

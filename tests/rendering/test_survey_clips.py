@@ -7,7 +7,8 @@ import pytest
 
 from cospeech.data import segments, tables
 from cospeech.motion import skeleton
-from cospeech.rendering import clips, video
+from cospeech.rendering import survey_clips as clips
+from cospeech.rendering import video
 
 FPS = 20.0
 
@@ -55,5 +56,5 @@ def test_a_clip_is_the_motion_of_its_seconds_and_shows_no_label():
 
 def test_the_table_names_every_file():
     table = clips.table("r", [clips.Span(0.0, 9.0), clips.Span(9.0, 19.0)], ["original", "controller"])
-    tables.validate(table, "clips", "clips")
+    tables.validate(table, "survey_clips", "clips")
     assert table["file"].tolist() == ["0~original.mp4", "0~controller.mp4", "1~original.mp4", "1~controller.mp4"]
