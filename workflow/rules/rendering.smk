@@ -157,6 +157,7 @@ if "motion" in BRINGS:
                 *(made_by(system, shown_phrases(system)) for system in VIEWED),
             ],
             audio=SOUND,
+            pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet" if "audio" in BRINGS else [],
         output:
             script=f"{REPORTS}/viewer/{{record}}.js",
         params:
