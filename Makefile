@@ -48,6 +48,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/syllables.py
 	$(BIN)/python bench/lips.py
 	$(BIN)/python bench/live.py
+	$(BIN)/python bench/viewer.py
 	$(BIN)/python bench/bodylanguage.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py

@@ -175,6 +175,7 @@ def load_record(
         used["speech"]["frame_s"],
         used["corpus"]["length_tolerance_s"],
     )
+    assert read.body is not None  # a motion file was named
     samples = wav.to_16_bit(np.asarray(read.voice)) / wav.FULL_SCALE
     return Record(name, read.body, prosody(samples, settings=used, record=name), samples)
 

@@ -25,6 +25,7 @@ def motion_inputs(systems):
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet",
         "motions": training_motions,
         "own": f"{RESULTS}/motion/{{record}}.parquet",
+        "spoken": SPOKEN_SYLLABLES,
     }
 
 
@@ -123,6 +124,31 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/comparison.py"
 
+    # What the 3D viewer shows next to the original: the animated systems, driven by the right speech.
+    VIEWED = [name for name in ANIMATED if SYSTEMS[name].drive == "own"]
+
+    rule viewer:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in VIEWED),
+            ],
+            phrases=[
+                f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+                *(made_by(system, shown_phrases(system)) for system in VIEWED),
+            ],
+            audio=SOUND,
+            pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet" if "audio" in BRINGS else [],
+        output:
+            script=f"{REPORTS}/viewer/{{record}}.js",
+        params:
+            titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
+            shown=[True, *(system in COMPARED for system in VIEWED)],
+        message:
+            "{wildcards.record} for the 3D viewer"
+        script:
+            "../../scripts/rendering/viewer.py"
+
     rule stills:
         input:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
@@ -139,15 +165,18 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/stills.py"
 
+    # A record of each actor, as far as their rows fit a page.
+    STRIPPED = FIRST_RECORDS[:3]
+
     rule strip:
         input:
-            motions=expand(made_by(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
-            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=FIRST_RECORDS),
+            motions=expand(made_by(SHOWN, "motion.parquet"), record=STRIPPED),
+            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=STRIPPED),
         output:
             picture=f"{RESULTS}/animation/strip.png",
         params:
             system=SHOWN,
-            records=FIRST_RECORDS,
+            records=STRIPPED,
         message:
             f"frames of the animation by {SHOWN}"
         script:

@@ -9,11 +9,23 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import findings
+from cospeech.report.page.findings import findings, headline
 from cospeech.report.page.sections import Shown
 from cospeech.report.scores import at_main
 
 Config = dict[str, Any]
+
+
+LEAD = (
+    "Which gestures go with which melody of speech? A system learns this from recordings of a person and then invents "
+    "gestures for a recording that it has not heard before. This page shows how well that works."
+)
+
+DOCUMENT = (
+    "Serkan Özkul", "Speech Driven Upper Body Gesture Analysis and Synthesis",
+    "master's thesis, Koç University, September 2012",
+)  # fmt: skip
+"""Author, title and kind of the document whose published values the page shows."""
 
 
 class Failure(NamedTuple):
@@ -50,12 +62,12 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     shown : the exhibits.
     """
     numbers = {one.exhibit.name: one.numbers for one in shown}
+    compared = at_main(tables["session_scores"], run.systems), tables["differences"], run.systems
+    level = config["evaluation"]["bootstrap"]["level"]
     found = findings(
-        at_main(tables["session_scores"], run.systems),
-        tables["differences"],
-        run.systems,
+        *compared,
         best_published_s=run.published["fig-7.2a"]["best_S"],
-        level=config["evaluation"]["bootstrap"]["level"],
+        level=level,
         recovery=numbers.get("fig-recovery"),
         motion=numbers.get("fig-motion"),
         capture=numbers.get("table-capture"),
@@ -63,8 +75,11 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     )
     return {
         "run": run,
+        "lead": LEAD,
+        "document": DOCUMENT,
         "config": config,
         "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
+        "headline": headline(*compared, level),
         "findings": found,
         "parts": sections.parts(shown),
         "notes": notes.grouped(tables["records"]),
