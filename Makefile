@@ -46,6 +46,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/blending.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
+	$(BIN)/python bench/lips.py
 	$(BIN)/python bench/live.py
 	$(BIN)/python bench/viewer.py
 	$(BIN)/python bench/bodylanguage.py
