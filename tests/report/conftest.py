@@ -38,6 +38,7 @@ ABOUT_RUN = {
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
     "main": {"clusters": 8, "states": 3},
+    "heads": {},
 }
 
 

@@ -3,35 +3,43 @@
 from cospeech.report import exhibits as declared
 from cospeech.report import systems as reported
 
-# The systems as the report knows them, in the order of the tables.
-REPORTED = {
-    name: {
-        "title": system.title,
-        "role": system.role,
-        "controls": list(system.controls),
-        "variant": variant_of(name),
-        "swept": name in SWEPT,
-        "plans": system.makes == "phrases",
-        "origin": CHOSEN.origins.get(system.decoder),
-        "source": system.source,
+
+
+def as_reported(systems):
+    """Systems as the report knows them, in the order of the tables."""
+    return {
+        name: {
+            "title": system.title,
+            "role": system.role,
+            "controls": list(system.controls),
+            "variant": variant_of(name),
+            "swept": system.swept and system.drive == "own" and not CHOSEN.apart(name),
+            "plans": system.makes == "phrases",
+            "origin": CHOSEN.origins.get(system.decoder),
+            "source": system.source,
+        }
+        for name, system in systems.items()
     }
-    for name, system in SYSTEMS.items()
-}
-if "motion" in BRINGS:
+
+
+REPORTED = as_reported(SYSTEMS)
+if SYSTEMS and "motion" in BRINGS:
     title = "Original motion, labelled by the same model"
     REPORTED[ORIGINAL] = {"title": title, "role": "ceiling", "variant": variant_of(ORIGINAL), "plans": False}
 KNOWN = reported.from_params(REPORTED)
-PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER)
-IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER)
+PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
+IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
 
 # What exhibits need of a run, and whether this one has it. A condition with the name of a system is met if it runs.
 MET = [
     condition
     for condition, met in {
-        "motion": "motion" in BRINGS,
-        "sweep": SWEEP,
+        "phrases": SYSTEMS,
+        "heads": HEADS,
+        "motion": SYSTEMS and "motion" in BRINGS,
+        "sweep": SYSTEMS and SWEEP,
         "two_actors": len(ACTORS) > 1,
-        "transplant": TRANSPLANTS and BRINGS >= {"motion", "audio"},
+        "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
         "takes": CAPTURED,
         "filmed": FILMED,
         "virtual": VIRTUAL,
@@ -57,6 +65,7 @@ SOURCE_NAMES = {
 # What every drawing function and the page may ask about the run.
 ABOUT_RUN = {
     "systems": REPORTED,
+    "heads": as_reported(HEADS),
     "actors": {record: actor_of(record) for record in RECORDS},
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
@@ -143,9 +152,10 @@ rule score_exhibits:
 PAGE_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in declared.SOURCES[name].paths(SOURCE_NAMES)]
     for name in [
-        *["records", "annotations", "session_scores", "differences"],
-        *(["motion_statistics"] if "motion" in BRINGS else []),
-        *(["decoding"] if APART else []),
+        "records",
+        *(["annotations", "session_scores", "differences"] if SYSTEMS else []),
+        *(["motion_statistics"] if SYSTEMS and "motion" in BRINGS else []),
+        *(["decoding"] if SYSTEMS and APART else []),
         *(["cameras"] if VIRTUAL and FILMED else []),
     ]
 }
@@ -159,7 +169,7 @@ CLIPS = {
         "description": f"Record {record}: the original, synthesised gestures and a control side by side",
     }
     for record in RECORDS
-    if "motion" in BRINGS
+    if SYSTEMS and "motion" in BRINGS
 } | {
     f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
         "section": "voice",

@@ -90,6 +90,12 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
     return first
 
 
+def offers(brought: frozenset[str]) -> frozenset[str]:
+    """Return what systems can need of records, from what these bring: more is found in sound and in motion."""
+    found = {"audio": {"syllables", "melody"}, "motion": {"head"}}
+    return brought.union(*(found[kind] for kind in brought & found.keys()))
+
+
 def _kinds(name: str, record: Record) -> frozenset[str]:
     """Return what one record brings."""
     body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None

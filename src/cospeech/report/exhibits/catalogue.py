@@ -27,6 +27,7 @@ SECTIONS = (
 )
 
 CONDITIONS = (
+    Condition("phrases", "the systems of this run move nothing but heads"),
     Condition("motion", "the corpus has gesture labels but no motion", also="videos"),
     Condition("sweep", "the configuration sweeps over no setting"),
     Condition("two_actors", "there is only one actor"),
@@ -104,12 +105,13 @@ EXHIBITS = (
         sources={"prosody": "record_prosody", "clusters": "record_clusters", "actual": "record_actual",
                  "synthesised": "record_synthesised"},
         settings={"labels": LABELS, "voiced_gain": "speech.voiced_gain"},
+        needs=("phrases",),
     ),
     Exhibit(
         "table-capture", "capture", "capture:accuracy", figure=False,
         sources={"scores": "capture_scores", "effect": "film_effect"},
         settings={"width_px": "studio.camera_width_px", "method": "capture.track.method", "bins_s": BINS_S},
-        needs=("filmed", "virtual"), show="capture:accuracy_table",
+        needs=("phrases", "filmed", "virtual"), show="capture:accuracy_table",
     ),
     Exhibit(
         "fig-rig", "capture", "pictures:draw", numbers=False,
@@ -135,15 +137,17 @@ EXHIBITS = (
         "leaderboard", "scores", "leaderboard:draw",
         sources={"scores": "session_scores"},
         show="leaderboard:boards", template="leaderboard.html.jinja",
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-differences", "scores", "differences:draw",
         sources={"differences": "differences"}, settings={"bins_s": BINS_S},
+        needs=("phrases",),
     ),
     Exhibit(
         "worlds", "every_world", "worlds:draw",
         sources={"differences": "differences"}, settings={"studio": "studio"},
-        needs=("worlds",), show="worlds:table",
+        needs=("phrases", "worlds"), show="worlds:table",
     ),
     Exhibit(
         "table-transplant",
@@ -168,16 +172,18 @@ EXHIBITS = (
         "fig-7.3", "thesis", "phrases:durations_of_first_actor", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"},
         settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-7.4", "thesis", "phrases:durations_of_second_actor", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"},
         settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
-        needs=("two_actors",),
+        needs=("phrases", "two_actors"),
     ),
     Exhibit(
         "fig-7.5", "thesis", "phrases:frequencies", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"}, settings={"labels": LABELS},
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-6.3", "thesis", "motion:smoothing", document=OZKUL_2012,
@@ -243,6 +249,7 @@ EXHIBITS = (
         "table-4.1", "corpus", "corpus:gesture_classes", document=OZKUL_2012, figure=False,
         sources={"phrases": "actual"}, settings={"labels": LABELS}, show="corpus:class_table",
         published="table-4.1", compare="corpus:compare_classes",
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-4.3", "corpus", "pictures:stills", document=OZKUL_2012,
@@ -250,6 +257,6 @@ EXHIBITS = (
     ),
     Exhibit(
         "fig-recovery", "planted", "recovery:draw",
-        sources={"recovery": "recovery"}, needs=("virtual",), show="recovery:summary_table",
+        sources={"recovery": "recovery"}, needs=("phrases", "virtual"), show="recovery:summary_table",
     ),
 )  # fmt: skip

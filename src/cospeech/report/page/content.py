@@ -9,7 +9,7 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import findings
+from cospeech.report.page.findings import Finding, findings
 from cospeech.report.page.sections import Shown
 from cospeech.report.scores import at_main
 
@@ -45,29 +45,37 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     ----------
     run : the run.
     config : its configuration.
-    tables : sources by name: records, annotations, session_scores, differences; and motion_statistics, cameras and
+    tables : sources by name: records; and annotations, session_scores, differences, motion_statistics, cameras and
         decoding where the run has them.
     shown : the exhibits.
     """
-    numbers = {one.exhibit.name: one.numbers for one in shown}
-    found = findings(
-        at_main(tables["session_scores"], run.systems),
-        tables["differences"],
-        run.systems,
-        best_published_s=run.published["fig-7.2a"]["best_S"],
-        level=config["evaluation"]["bootstrap"]["level"],
-        recovery=numbers.get("fig-recovery"),
-        motion=numbers.get("fig-motion"),
-        capture=numbers.get("table-capture"),
-        worlds=numbers.get("worlds"),
-    )
     return {
         "run": run,
         "config": config,
-        "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
-        "findings": found,
+        "banner": provenance.banner(config, tables["records"], tables.get("annotations"), tables.get("cameras")),
+        "findings": _findings(run, config, tables, {one.exhibit.name: one.numbers for one in shown}),
         "parts": sections.parts(shown),
         "notes": notes.grouped(tables["records"]),
         "facts": provenance.facts(config, tables["records"], tables.get("motion_statistics")),
         "links": {one.exhibit.name: one.exhibit.files for one in shown},
     }
+
+
+def _findings(
+    run: Run, config: Config, tables: Mapping[str, pd.DataFrame], numbers: Mapping[str, pd.DataFrame | None]
+) -> list[Finding]:
+    """Return what the run found about gesture phrases and about heads, as far as it has them."""
+    found = []
+    if run.systems:
+        found += findings(
+            at_main(tables["session_scores"], run.systems),
+            tables["differences"],
+            run.systems,
+            best_published_s=run.published["fig-7.2a"]["best_S"],
+            level=config["evaluation"]["bootstrap"]["level"],
+            recovery=numbers.get("fig-recovery"),
+            motion=numbers.get("fig-motion"),
+            capture=numbers.get("table-capture"),
+            worlds=numbers.get("worlds"),
+        )
+    return found

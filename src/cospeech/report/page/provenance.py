@@ -37,14 +37,14 @@ class Banner(NamedTuple):
 
 
 def banner(
-    config: Config, records: pd.DataFrame, annotations: pd.DataFrame, cameras: pd.DataFrame | None = None
+    config: Config, records: pd.DataFrame, annotations: pd.DataFrame | None, cameras: pd.DataFrame | None = None
 ) -> Banner:
     """Return what the corpus is: virtual actors, or recordings of people.
 
     Parameters
     ----------
     config : the configuration.
-    records, annotations : the tables of those names.
+    records, annotations : the tables of those names; no annotations where nobody looks for gesture phrases.
     cameras : the table of that name, if the corpus was filmed.
     """
     minutes = records["duration_s"].sum() / 60
@@ -52,7 +52,7 @@ def banner(
     size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
         return _virtual(config, size, cameras)
-    phrases = _actual_phrases(config, records, annotations)
+    phrases = [] if annotations is None else _actual_phrases(config, records, annotations)
     return Banner("real", f"Real recordings: the corpus “{config['corpus']['name']}”.", [f"{size}.", *phrases])
 
 

@@ -1,0 +1,108 @@
+# Angles of the head: systems and controls that make them, their scores, and their models. Nothing here needs a body.
+
+# Systems of other packages run in a process of their own, each with its controls, so that they cannot harm the others.
+HEADS_TOGETHER = [name for name in HEADS if not CHOSEN.apart(name)]
+HEADS_APART = [name for name, system in HEADS.items() if CHOSEN.apart(name) and system.drive == "own"]
+
+# The scores of all draws of these systems, of one record.
+HEAD_SCORES = f"{RESULTS}/evaluation/heads/{{record}}.parquet"
+
+
+def head_scores_apart(system):
+    """The scores of a system of another package and of its controls."""
+    return f"{RESULTS}/evaluation/heads/{system}/{{record}}.parquet"
+
+
+WRITTEN_WITH |= reported_with(HEADS_TOGETHER, HEAD_SCORES)
+
+
+def melodies_of_fold(wildcards):
+    """The pitch and intensity of all records of the actor of a fold."""
+    return expand(f"{RESULTS}/speech/{{record}}/melody.parquet", record=records_of(actor_of(wildcards.record)))
+
+
+def heads_of_fold(wildcards):
+    """The angles of the head of these records."""
+    return expand(f"{RESULTS}/head/{{record}}.parquet", record=records_of(actor_of(wildcards.record)))
+
+
+def head_params(systems, apart):
+    """The parameters of a job that runs systems that move the head."""
+    return {
+        "systems": systems,
+        "apart": apart,
+        "places": {
+            system: (variant_of(system), f"{RESULTS}/synthesis/{system}/{variant_of(system)}") for system in systems
+        },
+        "tables": model_tables(systems),
+        "actor": lambda wildcards: actor_of(wildcards.record),
+        "records": lambda wildcards: records_of(actor_of(wildcards.record)),
+        "shared": SHARED_SETTINGS,
+        "own": own_settings(systems),
+        "wrong": {"shift_s": SYNTHESIS["shift_s"], **config["evaluation"]["interior"]},
+        "seed": config["seed"],
+        "method_code": code_hash.modules_hash(
+            [name for system in systems for name in (HEADS[system].method, HEADS[system].schemas) if name]
+        ),
+    }
+
+
+rule heads:
+    input:
+        melodies=melodies_of_fold,
+        heads=heads_of_fold,
+    output:
+        made=[made_by(system, "head.parquet") for system in HEADS_TOGETHER],
+        scores=HEAD_SCORES,
+    params:
+        **head_params(HEADS_TOGETHER, apart=False),
+    message:
+        f"head of {{wildcards.record}} by {len(HEADS_TOGETHER)} systems"
+    script:
+        "../../scripts/synthesis/heads.py"
+
+
+for name in HEADS_APART:
+
+    rule:
+        name:
+            f"heads_{name}"
+        input:
+            melodies=melodies_of_fold,
+            heads=heads_of_fold,
+        output:
+            made=[made_by(system, "head.parquet") for system in [name, *HEADS[name].controls]],
+            scores=head_scores_apart(name),
+        params:
+            **head_params([name, *HEADS[name].controls], apart=True),
+        message:
+            f"head of {{wildcards.record}} by {name} and its controls"
+        script:
+            "../../scripts/synthesis/heads.py"
+
+
+# The systems that move the whole body, whose heads are scored as well.
+WHOLE = [name for name in makers(SYSTEMS, "motion") if "motion" in BRINGS and not CHOSEN.apart(name)]
+
+
+rule head_scores:
+    input:
+        scores=[
+            path
+            for table in [HEAD_SCORES, *map(head_scores_apart, HEADS_APART)]
+            for path in expand(table, record=RECORDS)
+        ],
+        heads=expand(f"{RESULTS}/head/{{record}}.parquet", record=RECORDS),
+        motions=[path for system in WHOLE for path in expand(made_by(system, "motion.parquet"), record=RECORDS)],
+    output:
+        scores=f"{RESULTS}/evaluation/head_scores.parquet",
+    params:
+        records=list(RECORDS),
+        actors={record: actor_of(record) for record in RECORDS},
+        whole=[(system, variant_of(system), record) for system in WHOLE for record in RECORDS],
+        interior=config["evaluation"]["interior"],
+        seed=config["seed"],
+    message:
+        f"scores of {len(RECORDS)} heads by {len(HEADS) + len(WHOLE)} systems"
+    script:
+        "../../scripts/evaluation/head_scores.py"
