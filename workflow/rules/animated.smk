@@ -23,6 +23,9 @@ CONTROLS = [name for name in RELIABLE_FIRST if SYSTEMS[name].role == "control"]
 BASELINE = next((name for name in CONTROLS if SYSTEMS[name].drive == "own"), CONTROLS[0])
 COMPARED = list(dict.fromkeys([*SHOWN_TOGETHER, BASELINE]))
 
+# The system whose head bodies show in videos that make none of their own. There is none if it does not run.
+NODDING = ANIMATION["head"] if ANIMATION["head"] in HEADS and "motion" in BRINGS else None
+
 # Where one picture is enough: the first that is shown and cannot fail, or else the first animated system that cannot.
 SHOWN = [
     *(name for name in SHOWN_TOGETHER if name in ANIMATED_TOGETHER),

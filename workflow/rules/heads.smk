@@ -106,3 +106,36 @@ rule head_scores:
         f"scores of {len(RECORDS)} heads by {len(HEADS) + len(WHOLE)} systems"
     script:
         "../../scripts/evaluation/head_scores.py"
+
+
+# The records whose heads are shown: some of those of a corpus of heads, and one where there are bodies to watch.
+PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
+
+# The heads next to the original: those of all systems, and of the first one under its own speech at the wrong moment.
+LISTENING = [name for name in HEADS_TOGETHER if HEADS[name].role == "system"]
+HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])]
+
+PORTRAITS = [f"{RESULTS}/animation/{record}/heads.mp4" for record in PORTRAYED]
+
+
+def film_of_head(wildcards):
+    """The film of a head, as the left camera sees it."""
+    return RECORDS[wildcards.record]["film_left"] or []
+
+
+rule portraits:
+    input:
+        original=f"{RESULTS}/head/{{record}}.parquet",
+        heads=[made_by(system, "head.parquet") for system in HEADS_SHOWN],
+        audio=f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else [],
+        film=film_of_head if "head" in BRINGS else [],
+    output:
+        video=f"{RESULTS}/animation/{{record}}/heads.mp4",
+        strip=f"{RESULTS}/animation/{{record}}/heads.png",
+    params:
+        settings={key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")},
+        titles=["original", *HEADS_SHOWN],
+    message:
+        f"video of the head of {{wildcards.record}}: original, {', '.join(HEADS_SHOWN)}"
+    script:
+        "../../scripts/rendering/portraits.py"

@@ -111,12 +111,14 @@ if "motion" in BRINGS:
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
                 *(made_by(system, shown_phrases(system)) for system in COMPARED),
             ],
+            head=made_by(NODDING, "head.parquet") if NODDING else [],
             audio=SOUND,
             shot=SHOT,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         params:
             settings=FILM,
+            headless=[False, *(SYSTEMS[system].makes == "phrases" for system in COMPARED)],
             titles=["captured" if SHOT else "original", *COMPARED],
         message:
             f"video of {{wildcards.record}}: original, {', '.join(COMPARED)} side by side"

@@ -4,7 +4,6 @@ from cospeech.report import exhibits as declared
 from cospeech.report import systems as reported
 
 
-
 def as_reported(systems):
     """Systems as the report knows them, in the order of the tables."""
     return {
