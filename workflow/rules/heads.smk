@@ -108,6 +108,50 @@ rule head_scores:
         "../../scripts/evaluation/head_scores.py"
 
 
+# Models for speech that is in no corpus, trained on all records of an actor, or without the record of a fold.
+HEADS_MODELLED = [name for name, system in HEADS.items() if system.drive == "own" and not CHOSEN.apart(name)]
+
+if "audio" in BRINGS:
+    MODELS += [f"{RESULTS}/models/{name}/{variant_of(name)}/{actor}" for name in HEADS_MODELLED for actor in ACTORS]
+
+
+def records_of_model(wildcards):
+    """The actor of a model, the record it leaves out (None: none), and the records it is trained on."""
+    held_out = wildcards.trained.removeprefix("fold~") if wildcards.trained.startswith("fold~") else None
+    actor = actor_of(held_out) if held_out else wildcards.trained
+    return actor, held_out, others(held_out) if held_out else records_of(actor)
+
+
+rule head_model:
+    input:
+        melodies=lambda wildcards: expand(
+            f"{RESULTS}/speech/{{record}}/melody.parquet",
+            record=records_of_model(wildcards)[2],
+        ),
+        heads=lambda wildcards: expand(f"{RESULTS}/head/{{record}}.parquet", record=records_of_model(wildcards)[2]),
+    output:
+        folder=directory(f"{RESULTS}/models/{{system}}/main/{{trained}}"),
+    wildcard_constraints:
+        system="|".join(HEADS_MODELLED),
+        trained=f"(fold~)?{record_list.NAME}",
+    params:
+        actor=lambda wildcards: records_of_model(wildcards)[0],
+        held_out=lambda wildcards: records_of_model(wildcards)[1],
+        records=lambda wildcards: records_of_model(wildcards)[2],
+        shared=SHARED_SETTINGS,
+        own=lambda wildcards: own_settings([wildcards.system]),
+        method_code=lambda wildcards: code_hash.modules_hash([HEADS[wildcards.system].method]),
+        card={
+            "speech": config["speech"],
+            "seed": config["seed"],
+            **{key: ANIMATION[key] for key in ("continuity_weight", "smoothing")},
+        },
+    message:
+        "model of {wildcards.system} for {wildcards.trained}"
+    script:
+        "../../scripts/synthesis/head_model.py"
+
+
 # The records whose heads are shown: some of those of a corpus of heads, and one where there are bodies to watch.
 PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
 

@@ -85,7 +85,7 @@ rule prosody_clusters_actor:
 
 
 if BRINGS >= {"motion", "audio"}:
-    MODELS = [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
+    MODELS += [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
 
     rule model:
         input:

@@ -90,7 +90,7 @@ def agreement(quantity: str, planted: pd.DataFrame, found: pd.DataFrame) -> Rows
 
 
 def lags(source: str, heads: Mapping[str, pd.DataFrame], melodies: Mapping[str, pd.DataFrame]) -> Rows:
-    """Return the information that the head carries about the melody over the lag, and the lag at which it is greatest.
+    """Return the information in the head about the melody over the lag, and the lag at which it is greatest.
 
     Parameters
     ----------
