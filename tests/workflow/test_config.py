@@ -148,12 +148,12 @@ def test_mistakes_are_named_in_one_line(config, complaint):
 
 
 def test_actors_have_worlds_and_couplings_of_their_own_or_those_of_the_studio():
-    studio = {"world": "all", "coupling": 0.8, "couplings": {"vigour": 0.5}}
-    actors = [{"actor": "a"}, {"actor": "b", "world": "vigour"}, {"actor": "c", "coupling": 0}]
+    studio = {"world": "all", "coupling": 0.8, "couplings": {"vigour": 0.5}, "head_coupling": None}
+    actors = [{"actor": "a"}, {"actor": "b", "world": "vigour"}, {"actor": "c", "coupling": 0, "head_coupling": 1}]
     assert configuration.actor_worlds(studio | {"actors": actors}) == {
-        "a": ("all", 0.8, {"vigour": 0.5}),
-        "b": ("vigour", 0.8, {}),
-        "c": ("all", 0, {}),
+        "a": ("all", 0.8, {"vigour": 0.5}, None),
+        "b": ("vigour", 0.8, {}, None),
+        "c": ("all", 0, {}, 1),
     }
 
 

@@ -76,16 +76,21 @@ BELOW_PEAK_DB, LEVEL_SPREAD_DB = 2.5, 1.1
 ENDS_UNVOICED, UNVOICED_S, UNVOICED_DB = 0.1, 0.055, -6.0
 """Pitch, level and unvoiced ends of syllables as listed above."""
 
+MELODY_S = 0.01
+MELODY_SPREAD_ST, MELODY_SPREAD_DB, MELODY_MEMORY = 0.3, 2.0, 0.9
+"""Frame period of a melody; standard deviations and frame-to-frame correlation of the errors of pitch and level."""
+
 
 class Speech(NamedTuple):
-    """The speech of a record without sound: tables of the schemas ``prosody`` and ``syllables``."""
+    """The speech of a record without sound: tables of the schemas ``prosody``, ``syllables`` and ``melody``."""
 
     prosody: pd.DataFrame
     syllables: pd.DataFrame
+    melody: pd.DataFrame
 
 
 def speech(record: str, scene: Scene, base_hz: float, frame_s: float, voiced_gain: float, seed: int) -> Speech:
-    """Return the simulated speech of one record; see ``features`` and ``syllables``.
+    """Return the simulated speech of one record; see ``features``, ``syllables`` and ``melody``.
 
     In the world ``phrases``, where no syllables are planted, they are sampled here, with an even tempo.
     """
@@ -98,6 +103,7 @@ def speech(record: str, scene: Scene, base_hz: float, frame_s: float, voiced_gai
     return Speech(
         features(record, scene.prosody, base_hz, frame_s, voiced_gain, seed, contours),
         syllables(record, scene.prosody, spoken, base_hz, seed, contours),
+        melody(record, scene.prosody, base_hz, seed, contours),
     )
 
 
@@ -229,6 +235,43 @@ def syllables(
     table = pd.concat([voiced, _unvoiced_ends(voiced, rng)]).sort_values("peak_s", ignore_index=True)
     table["known_s"] = np.minimum(np.maximum.accumulate(table["known_s"]), float(prosody["end_s"].iloc[-1]))
     return table.assign(record=record, syllable=np.arange(len(table)))[["record", "syllable", *voiced.columns]]
+
+
+def melody(
+    record: str, prosody: pd.DataFrame, base_hz: float, seed: int, contours: Contours = phrase_contours
+) -> pd.DataFrame:
+    """Return the simulated pitch and intensity of one record at 100 Hz (schema ``melody``; Sargin 2006, 4.1.2).
+
+    Parameters
+    ----------
+    prosody : the intonation phrases of the record in the script.
+    base_hz : base pitch of the speaker.
+    contours : pitch and intensity of the speech.
+    """
+    rng = random_source(seed, "simulated melody", record)
+    times_s = frame_times(round(float(prosody["end_s"].iloc[-1]) / MELODY_S), 1.0 / MELODY_S)
+    pitch_st, intensity_db = contours(prosody, times_s)
+    active = ~np.isnan(pitch_st)
+    voiced = active & np.repeat(_voicing(len(times_s) // 2 + 1, rng), 2)[: len(times_s)]
+    f0_hz = base_hz * 2.0 ** ((pitch_st + MELODY_SPREAD_ST * _lasting_noise(len(times_s), MELODY_MEMORY, rng)) / 12.0)
+    level_db = np.where(active, intensity_db, ROOM_DB)
+    level_db = level_db + MELODY_SPREAD_DB * _lasting_noise(len(times_s), MELODY_MEMORY, rng)
+    pitch, intensity = (
+        np.where(active, (values - values[active].mean()) / values[active].std(), rng.normal(size=len(values)))
+        for values in (f0_hz, level_db)
+    )
+    return pd.DataFrame(
+        {
+            "frame": np.arange(len(times_s)),
+            "time_s": times_s,
+            "f0_hz": np.where(voiced, f0_hz, np.nan),
+            "intensity_db": level_db,
+            "active": active,
+            "pitch": pitch,
+            "d_pitch": np.convolve(np.pad(pitch, 2, mode="edge"), (0.2, 0.1, 0.0, -0.1, -0.2), mode="valid"),
+            "intensity": intensity,
+        }
+    )
 
 
 def _unvoiced_ends(voiced: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:

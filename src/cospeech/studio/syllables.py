@@ -133,10 +133,12 @@ class Delivery:
     ----------
     syllables : the syllables of the record.
     spoken : the arousal of its speech as a segment table, or None.
+    flatness : factor of the contours of prosody patterns.
     """
 
     syllables: pd.DataFrame
     spoken: pd.DataFrame | None
+    flatness: float = FLATNESS
 
     def contours(self, prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
         """Return pitch in semitones re the speaker's base, and intensity in decibels re full scale, at ``times_s``.
@@ -145,8 +147,8 @@ class Delivery:
         """
         pitch_st, intensity_db = phrase_contours(prosody, times_s)
         widened = arousal.effect(self.spoken, arousal.PITCH_RANGE, times_s)
-        pitch_st = LOWEST_ST + widened * (FLATNESS * pitch_st - LOWEST_ST)
-        intensity_db = LEVEL_DB - HEADROOM_DB + FLATNESS * (intensity_db - LEVEL_DB)
+        pitch_st = LOWEST_ST + widened * (self.flatness * pitch_st - LOWEST_ST)
+        intensity_db = LEVEL_DB - HEADROOM_DB + self.flatness * (intensity_db - LEVEL_DB)
         intensity_db += arousal.effect(self.spoken, arousal.LOUDNESS_DB, times_s)
         if len(self.syllables):
             start_s, end_s = (self.syllables[name].to_numpy() for name in ("start_s", "end_s"))

@@ -40,11 +40,13 @@ class ActorWorld(NamedTuple):
     world : what depends on speech.
     coupling : how much of it does, 0 to 1.
     couplings : coupling of single parts of the world ``all``, where it differs.
+    head : coupling of the gestures of the head in worlds other than ``patterns``, None if it has none.
     """
 
     world: str
     coupling: float
     couplings: dict[str, float]
+    head: float | None = None
 
 
 def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
@@ -58,6 +60,7 @@ def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
             world := actor.get("world", studio["world"]),
             actor.get("coupling", studio["coupling"]),
             dict(studio["couplings"]) if world == "all" and "coupling" not in actor else {},
+            actor.get("head_coupling", studio["head_coupling"]),
         )
         for actor in studio["actors"]
     }
@@ -256,13 +259,19 @@ def _impossible(config: Config) -> list[str]:
                 problems.append(
                     "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
                 )
-            moving = [own.world for own in actor_worlds(studio).values() if own.world != "phrases"]
+            moving = [own.world for own in actor_worlds(studio).values() if own.world not in ("phrases", "patterns")]
             if moving:
                 problems.append(f"studio.world: '{moving[0]}' is about how the body moves; set studio.motion to true")
         if studio["couplings"] and not any(own.couplings for own in actor_worlds(studio).values()):
             problems.append("studio.couplings are those of the parts of the world 'all'; use studio.coupling")
         if studio["film"] and not studio["sound"]:
             problems.append("studio.film needs studio.sound: without it, nobody is filmed")
+        unmoved = [name for name, own in actor_worlds(studio).items() if own.world != "patterns" and own.head is None]
+        if studio["film"] == "stereo" and unmoved:
+            problems.append(
+                f"studio.film: stereo films head gestures, and '{unmoved[0]}' has none; choose the world 'patterns' "
+                "for this actor, or set studio.head_coupling"
+            )
     return problems
 
 

@@ -144,6 +144,13 @@ def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str,
     return [(pair["model"], pair["voice"]) for pair in pairs]
 
 
+def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
+    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it."""
+    if film == "stereo":
+        return {"film_left": f"{raw}/left.mkv", "film_right": f"{raw}/right.mkv", "film_cameras": cameras}
+    return {"views": raw} if film else {"motion": f"{raw}.bvh"}
+
+
 def _studio_records(config: Config, results: str) -> list[Record]:
     listed = []
     for actor in config["studio"]["actors"]:
@@ -157,8 +164,8 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                body = {"views": raw} if config["studio"]["film"] else {"motion": f"{raw}.bvh"}
-                record |= body | {"audio": f"{raw}.wav"}
+                record |= _studio_body(config["studio"]["film"], raw, f"{results}/corpus/raw/stereo.toml")
+                record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
                 kinds = ("motion" if config["studio"]["motion"] else "gestures", "prosody", "syllables")

@@ -24,6 +24,7 @@ WORLDS = {
     "vigour": "tells how vigorously the hands move in {} of the time",
     "syllables": "tells when parts of gestures begin, and which, in {} of the time",
     "all": "predicts the class of a gesture in {} of the phrases, and its vigour and parts in as much of the time",
+    "patterns": "tells which gestures the head makes, and when, in {} of the time",
 }
 """What speech tells about gesture in each world of the studio, and how often."""
 
@@ -136,6 +137,8 @@ def _planned(own: ActorWorld) -> str:
     if own.coupling == 0 and not any(own.couplings.values()):
         planned = "does not predict gesture, so that no system should beat its controls"
     parts = "; ".join(f"{part}: {value:g}" for part, value in own.couplings.items())
+    if own.world != "patterns" and own.head is not None:
+        planned += f", and which gestures the head makes, and when, in {100 * own.head:g} % of the time"
     return f"{planned} (coupling {own.coupling:g}{parts and f'; {parts}'})"
 
 
