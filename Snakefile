@@ -94,6 +94,10 @@ include: "workflow/rules/calibration.smk"
 # Without records a run calibrates a rig, and nothing else.
 MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
+# The records whose heads were filmed, and the heads that are shown.
+FILMED_HEADS = [record for record, given in RECORDS.items() if given["film_left"]]
+HEADS_SHOWN, PORTRAYED = [], []
+
 if RECORDS:
 
     include: "workflow/rules/systems.smk"

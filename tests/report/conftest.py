@@ -39,6 +39,7 @@ ABOUT_RUN = {
     "in_timeline": IN_TIMELINE,
     "main": {"clusters": 8, "states": 3},
     "heads": {},
+    "shown_heads": [],
 }
 
 

@@ -159,8 +159,6 @@ PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
 LISTENING = [name for name in HEADS_TOGETHER if HEADS[name].role == "system"]
 HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])]
 
-PORTRAITS = [f"{RESULTS}/animation/{record}/heads.mp4" for record in PORTRAYED]
-
 
 def film_of_head(wildcards):
     """The film of a head, as the left camera sees it."""
@@ -183,3 +181,19 @@ rule portraits:
         f"video of the head of {{wildcards.record}}: original, {', '.join(HEADS_SHOWN)}"
     script:
         "../../scripts/rendering/portraits.py"
+
+
+if VIRTUAL and FILMED_HEADS:
+
+    rule head_capture:
+        input:
+            planted=expand(f"{RESULTS}/corpus/truth/head~{{record}}.parquet", record=FILMED_HEADS),
+            found=expand(f"{RESULTS}/capture/head/{{record}}/pose.parquet", record=FILMED_HEADS),
+        output:
+            errors=f"{RESULTS}/evaluation/head_capture.parquet",
+        params:
+            actors={record: actor_of(record) for record in FILMED_HEADS},
+        message:
+            f"errors of the captured heads of {len(FILMED_HEADS)} records"
+        script:
+            "../../scripts/evaluation/head_capture.py"

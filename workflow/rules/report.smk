@@ -41,6 +41,8 @@ MET = [
         "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
         "takes": CAPTURED,
         "filmed": FILMED,
+        "filmed_heads": VIRTUAL and FILMED_HEADS,
+        "planted_heads": VIRTUAL and HAS_HEADS,
         "virtual": VIRTUAL,
         "worlds": len({own.world for own in WORLDS.values()}) > 1,
     }.items()
@@ -58,6 +60,7 @@ SOURCE_NAMES = {
     "pictured": [KNOWN[name] for name in PICTURED],
     "in_timeline": [KNOWN[name] for name in IN_TIMELINE],
     "third_party": [system for system in KNOWN.values() if system.origin],
+    "shown_head": [reported.System(name, **as_reported(HEADS)[name]) for name in HEADS_SHOWN],
     "setting": [MAIN.path],
 }
 
@@ -65,6 +68,7 @@ SOURCE_NAMES = {
 ABOUT_RUN = {
     "systems": REPORTED,
     "heads": as_reported(HEADS),
+    "shown_heads": HEADS_SHOWN,
     "actors": {record: actor_of(record) for record in RECORDS},
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
@@ -160,25 +164,37 @@ PAGE_SOURCES = {
 }
 
 # The videos that the page contains as far as there is room.
-CLIPS = {
-    f"{RESULTS}/animation/{record}/comparison.mp4": {
-        "section": "watch",
-        "group": actor_of(record),
-        "title": f"{actor_of(record)}, record {record}",
-        "description": f"Record {record}: the original, synthesised gestures and a control side by side",
+CLIPS = (
+    {
+        f"{RESULTS}/animation/{record}/comparison.mp4": {
+            "section": "watch",
+            "group": actor_of(record),
+            "title": f"{actor_of(record)}, record {record}",
+            "description": f"Record {record}: the original, synthesised gestures and a control side by side",
+        }
+        for record in RECORDS
+        if SYSTEMS and "motion" in BRINGS
     }
-    for record in RECORDS
-    if SYSTEMS and "motion" in BRINGS
-} | {
-    f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
-        "section": "voice",
-        "group": "transplant",
-        "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
-        "description": f"Record {record}: the original, its own actor's model and the model of {actor} side by side",
+    | {
+        f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
+            "section": "voice",
+            "group": "transplant",
+            "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
+            "description": f"Record {record}: the original, its own actor's model and the model of {actor} side by side",
+        }
+        for actor, record in TRANSPLANTS
+        if "transplant" in MET
     }
-    for actor, record in TRANSPLANTS
-    if "transplant" in MET
-}
+    | {
+        f"{RESULTS}/animation/{record}/heads.mp4": {
+            "section": "head",
+            "group": f"head of {actor_of(record)}",
+            "title": f"The head of {actor_of(record)}, record {record}",
+            "description": f"Record {record}: the original head, synthesised heads and a control side by side",
+        }
+        for record in PORTRAYED
+    }
+)
 
 # What the target `all` asks for: the page, and all that it shows or links to.
 SHOWN_EXHIBITS = [f"{REPORTS}/{path}" for exhibit in EXHIBITS for path in exhibit.files]

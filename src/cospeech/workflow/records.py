@@ -13,7 +13,7 @@ from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import MissingFileError, UserError
 from cospeech.formats import delimited
 from cospeech.workflow import paths
-from cospeech.workflow.config import Config
+from cospeech.workflow.config import Config, actor_worlds
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
@@ -151,6 +151,18 @@ def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
     return {"views": raw} if film else {"motion": f"{raw}.bvh"}
 
 
+def _studio_features(studio: Config) -> tuple[str, ...]:
+    """Return what a record of the studio brings without sound: a body, and a head if all actors have head gestures.
+
+    Where these are all that depends on speech, and nobody asks for motion, there is only the head.
+    """
+    worlds = actor_worlds(studio).values()
+    head = ("head", "melody") if all(own.world == "patterns" or own.head is not None for own in worlds) else ()
+    if not studio["motion"] and all(own.world == "patterns" for own in worlds):
+        return head
+    return ("motion" if studio["motion"] else "gestures", "prosody", "syllables", *head)
+
+
 def _studio_records(config: Config, results: str) -> list[Record]:
     listed = []
     for actor in config["studio"]["actors"]:
@@ -168,8 +180,7 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
-                kinds = ("motion" if config["studio"]["motion"] else "gestures", "prosody", "syllables")
-                record |= {kind: f"{raw}.{kind}.parquet" for kind in kinds}
+                record |= {kind: f"{raw}.{kind}.parquet" for kind in _studio_features(config["studio"])}
             listed.append(record)
     return listed
 

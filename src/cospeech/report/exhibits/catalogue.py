@@ -22,6 +22,7 @@ SECTIONS = (
     Section("thesis", "The experiments of the thesis", "Thesis"),
     Section("controller", "The experiments on gesture controllers", "Gesture controllers"),
     Section("body_language", "The experiments on body language", "Body language"),
+    Section("head", "Head gestures", "Head gestures"),
     Section("corpus", "The corpus", "Corpus"),
     Section("planted", "What was planted", "Planted"),
 )
@@ -37,6 +38,9 @@ CONDITIONS = (
     Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition("worlds", "there are no actors who live in different worlds"),
+    Condition("heads", "the configuration chooses no system that moves the head, or the records lack head or melody"),
+    Condition("filmed_heads", "no virtual head was filmed"),
+    Condition("planted_heads", "no head gestures were planted"),
     Condition(
         "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
     ),
@@ -83,6 +87,11 @@ SOURCES = {
     "observation_occurrences": Source(f"{BODY_LANGUAGE}/occurrences.parquet", "observation_occurrences"),
     "subunit_selections": Source(f"{BODY_LANGUAGE}/selections.parquet", "subunit_selections"),
     "elapsed_errors": Source(f"{BODY_LANGUAGE}/elapsed.parquet", "elapsed_errors"),
+    "record_head": Source("head/{first_record}.parquet", "head"),
+    "record_heads": Source("synthesis/{shown_head.name}/{shown_head.variant}/{first_record}/head.parquet", "head"),
+    "head_strip": Source("animation/{first_record}/heads.png"),
+    "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
+    "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
     "stills_picture": Source("animation/stills.png"),
@@ -93,7 +102,7 @@ SOURCES = {
 
 Placeholders: ``record``, ``first_record`` (the one that is shown from speech to gesture), ``captured`` (records whose
 joint angles come from films or markers), ``pictured``, ``in_timeline`` and ``third_party`` (systems, see ``Run``),
-and ``setting`` (the main setting of the prosody clusters, as a path).
+``shown_head`` (systems whose heads are shown), and ``setting`` (the main setting of the prosody clusters, as a path).
 """
 
 LABELS = "phrases.gesture.labels"
@@ -239,6 +248,22 @@ EXHIBITS = (
     Exhibit(
         "body-language-fig-6.1", "body_language", "pictures:draw", document=LEVINE_2009, numbers=False,
         sources={"picture": "strip_picture"}, needs=("bodylanguage_random",),
+    ),
+    Exhibit(
+        "fig-head-timeline", "head", "head:timeline",
+        sources={"original": "record_head", "made": "record_heads"}, needs=("heads",),
+    ),
+    Exhibit(
+        "fig-head-strip", "head", "pictures:draw", numbers=False,
+        sources={"picture": "head_strip"}, needs=("heads",),
+    ),
+    Exhibit(
+        "table-head-capture", "head", "head:captured", figure=False,
+        sources={"errors": "head_capture"}, needs=("filmed_heads",), show="head:captured_table",
+    ),
+    Exhibit(
+        "fig-head-recovery", "head", "head:recovered",
+        sources={"recovery": "head_recovery"}, needs=("heads", "planted_heads"), show="head:recovery_table",
     ),
     Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,

@@ -31,6 +31,7 @@ class Run:
     main : clusters and states of the main setting of the prosody clusters.
     published : the published facts, by exhibit or subject.
     heads : the systems that move the head alone, in the order of every table.
+    shown_heads : names of those whose heads figures show.
     """
 
     systems: Systems
@@ -40,6 +41,7 @@ class Run:
     main: dict[str, int]
     published: dict[str, Facts]
     heads: Systems = field(default_factory=dict)
+    shown_heads: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, params: Mapping[str, Any], published: str) -> Run:
@@ -52,6 +54,7 @@ class Run:
             main=params["main"],
             published=yaml.safe_load(Path(published).read_text(encoding="utf-8")),
             heads=systems.from_params(params["heads"]),
+            shown_heads=params["shown_heads"],
         )
 
     @property
