@@ -1,4 +1,4 @@
-"""Angles of heads from files of other programs: what must be declared, and that conventions mean the same rotation."""
+"""Angles of heads from files of other programs: what must be declared, and that conventions mean one rotation."""
 
 import itertools
 

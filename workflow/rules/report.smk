@@ -42,7 +42,7 @@ MET = [
         "takes": CAPTURED,
         "filmed": FILMED,
         "filmed_heads": VIRTUAL and FILMED_HEADS,
-        "planted_heads": VIRTUAL and HAS_HEADS,
+        "planted_heads": False,
         "virtual": VIRTUAL,
         "worlds": len({own.world for own in WORLDS.values()}) > 1,
     }.items()
