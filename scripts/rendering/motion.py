@@ -6,8 +6,9 @@ A system that failed planned no phrases or made no frames; what this script make
 from cospeech.data import tables
 from cospeech.evaluation import hand_speed
 from cospeech.formats import bvh
+from cospeech.markov import labelled_hmm
 from cospeech.motion import assembly, skeleton, unit_selection
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.segmentation import gesture
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

@@ -32,12 +32,13 @@ from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
 from cospeech.formats import sound as wav
 from cospeech.formats.sound import RATE_HZ
+from cospeech.markov import labelled_hmm
+from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Library
-from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
+from cospeech.segmentation import gesture, phases, subunits
 from cospeech.segmentation import prosody as clustering
-from cospeech.segmentation.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody as measuring
 from cospeech.speech import syllables
 from cospeech.synthesis.controller import model as controller
