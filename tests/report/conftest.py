@@ -11,8 +11,12 @@ from PIL import Image
 
 from cospeech.data import tables
 from cospeech.evaluation import motion, motion_quality, recovery, sessions
+from cospeech.motion import library
+from cospeech.motion.body import STANDARD
 from cospeech.report import exhibits as exhibits_of_report
 from cospeech.report import systems as reported
+from cospeech.viewer import page as viewer
+from cospeech.viewer import takes
 from cospeech.workflow import job
 
 ROOT = plausible.ROOT
@@ -141,6 +145,11 @@ def tables_of_a_run(tmp_path_factory):
         for number, record in enumerate(plausible.ACTORS):
             rng = np.random.default_rng([place, number])
             motions[system, record] = plausible.motion(record, 1 - 0.1 * place, rng)
+    for record in plausible.ACTORS:
+        moved = takes.Articulated(STANDARD, library.from_motion(motions[motion.ORIGINAL, record]))
+        shown = takes.Take(record, [takes.Version("Original", moved, 20.0, actual[record], skinned=True)])
+        (run.reports / "viewer").mkdir(parents=True, exist_ok=True)
+        (run.reports / f"viewer/{record}.js").write_text(viewer.take_script(f"viewer/{record}.js", shown))
     statistics, histograms = motion.statistics(motions, plausible.ACTORS, 40)
     run.write(statistics, "evaluation/motion_statistics.parquet", "motion_statistics")
     run.write(histograms, "evaluation/motion_histograms.parquet", "motion_histograms")
@@ -198,6 +207,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
     if "transplant" in met:
         transplanted = {"section": "voice", "group": "transplant", "title": "ada_1 and the model of deniz"}
         clips["transplant/deniz/ada_1/comparison.mp4"] = transplanted
+    viewed = list(plausible.ACTORS) if "motion" in met else []
     output = run.reports / name
     run.script(
         "page",
@@ -207,6 +217,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
             "captions": [str(TEMPLATE / f"captions/{exhibit.name}.rst") for exhibit in shown],
             "exhibits": [str(run.reports / path) for exhibit in shown for path in exhibit.files],
             "videos": [run.path(path) for path in clips],
+            "viewer": [str(run.reports / f"viewer/{record}.js") for record in viewed],
         },
         output=Named(page=str(output)),
         config=config,
@@ -216,6 +227,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
             clip | {"description": "side by side", "link": f"../../results/made_up/{path}"}
             for path, clip in clips.items()
         ],
+        viewer=viewed,
         absent=exhibits_of_report.absent(met),
         failed=list(failed),
     )

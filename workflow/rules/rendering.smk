@@ -125,6 +125,30 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/comparison.py"
 
+    # What the 3D viewer shows next to the original: the animated systems, driven by the right speech.
+    VIEWED = [name for name in ANIMATED if SYSTEMS[name].drive == "own"]
+
+    rule viewer:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in VIEWED),
+            ],
+            phrases=[
+                f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+                *(made_by(system, shown_phrases(system)) for system in VIEWED),
+            ],
+            audio=SOUND,
+        output:
+            script=f"{REPORTS}/viewer/{{record}}.js",
+        params:
+            titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
+            shown=[True, *(system in COMPARED for system in VIEWED)],
+        message:
+            "{wildcards.record} for the 3D viewer"
+        script:
+            "../../scripts/rendering/viewer.py"
+
     rule stills:
         input:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),

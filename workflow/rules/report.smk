@@ -163,27 +163,22 @@ PAGE_SOURCES = {
     ]
 }
 
-# The videos that the page contains as far as there is room.
-CLIPS = (
-    {
-        f"{RESULTS}/animation/{record}/comparison.mp4": {
-            "section": "watch",
-            "group": actor_of(record),
-            "title": f"{actor_of(record)}, record {record}",
-            "description": f"Record {record}: the original, synthesised gestures and a control side by side",
-        }
-        for record in RECORDS
-        if SYSTEMS and "motion" in BRINGS
+# The videos that the page contains as far as there is room: one of each actor, as the 3D viewer shows all records.
+CLIPS = {
+    f"{RESULTS}/animation/{record}/comparison.mp4": {
+        "section": "watch",
+        "group": actor_of(record),
+        "title": f"{actor_of(record)}, record {record}",
+        "description": f"Record {record}: the original, synthesised gestures and a control side by side",
     }
-    | {
-        f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
-            "section": "voice",
-            "group": "transplant",
-            "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
-            "description": f"Record {record}: the original, its own actor's model and the model of {actor} side by side",
-        }
-        for actor, record in TRANSPLANTS
-        if "transplant" in MET
+    for record in FIRST_RECORDS
+    if "motion" in BRINGS
+} | {
+    f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
+        "section": "voice",
+        "group": "transplant",
+        "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
+        "description": f"Record {record}: the original, its own actor's model and the model of {actor} side by side",
     }
     | {
         f"{RESULTS}/animation/{record}/heads.mp4": {
@@ -196,9 +191,16 @@ CLIPS = (
     }
 )
 
+# The scripts that bring the records to the 3D viewer.
+VIEWER = {
+    f"{actor_of(record)}, record {record}": f"{REPORTS}/viewer/{record}.js"
+    for record in RECORDS
+    if "motion" in BRINGS
+}
+
 # What the target `all` asks for: the page, and all that it shows or links to.
 SHOWN_EXHIBITS = [f"{REPORTS}/{path}" for exhibit in EXHIBITS for path in exhibit.files]
-PROMISED = [f"{REPORTS}/index.html", *SHOWN_EXHIBITS, *CLIPS]
+PROMISED = [f"{REPORTS}/index.html", *SHOWN_EXHIBITS, *CLIPS, *VIEWER.values()]
 
 
 rule page:
@@ -210,6 +212,7 @@ rule page:
         captions=[TEMPLATE / "captions" / f"{exhibit.name}.rst" for exhibit in EXHIBITS],
         exhibits=SHOWN_EXHIBITS,
         videos=list(CLIPS),
+        viewer=list(VIEWER.values()),
     output:
         page=f"{REPORTS}/index.html",
     params:
@@ -219,6 +222,7 @@ rule page:
         function_code=code_hash.modules_hash(declared.modules(EXHIBITS)),
         sources=PAGE_SOURCES,
         clips=[clip | {"link": f"../../{path}"} for path, clip in CLIPS.items()],
+        viewer=list(VIEWER),
         absent=declared.absent(MET),
         failed=CHOSEN.failures,
     message:
