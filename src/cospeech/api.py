@@ -39,6 +39,7 @@ from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Library
 from cospeech.segmentation import gesture, phases, subunits
 from cospeech.segmentation import prosody as clustering
+from cospeech.speech import melody, pitch, syllables
 from cospeech.speech import prosody as measuring
 from cospeech.synthesis.controller import model as controller
 from cospeech.synthesis.controller.model import Segments

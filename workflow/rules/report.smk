@@ -172,30 +172,33 @@ CLIPS = {
         "description": f"Record {record}: the original, synthesised gestures and a control side by side",
     }
     for record in FIRST_RECORDS
-    if "motion" in BRINGS
-} | {
+    if SYSTEMS and "motion" in BRINGS
+}
+CLIPS |= {
     f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
         "section": "voice",
         "group": "transplant",
         "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
         "description": f"Record {record}: the original, its own actor's model and the model of {actor} side by side",
     }
-    | {
-        f"{RESULTS}/animation/{record}/heads.mp4": {
-            "section": "head",
-            "group": f"head of {actor_of(record)}",
-            "title": f"The head of {actor_of(record)}, record {record}",
-            "description": f"Record {record}: the original head, synthesised heads and a control side by side",
-        }
-        for record in PORTRAYED
+    for actor, record in TRANSPLANTS
+    if "transplant" in MET
+}
+CLIPS |= {
+    f"{RESULTS}/animation/{record}/heads.mp4": {
+        "section": "head",
+        "group": f"head of {actor_of(record)}",
+        "title": f"The head of {actor_of(record)}, record {record}",
+        "description": f"Record {record}: the original head, synthesised heads and a control side by side",
     }
-)
+    for record in PORTRAYED
+}
 
 # The scripts that bring the records to the 3D viewer.
 VIEWER = {
     f"{actor_of(record)}, record {record}": f"{REPORTS}/viewer/{record}.js"
     for record in RECORDS
-    if "motion" in BRINGS
+    if SYSTEMS and "motion" in BRINGS
 }
 
 # What the target `all` asks for: the page, and all that it shows or links to.

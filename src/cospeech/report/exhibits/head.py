@@ -142,8 +142,8 @@ def recovery_table(_: Run, found: pd.DataFrame) -> Table:
     for quantity, title in titles.items():
         own = found.loc[found["quantity"] == quantity, "value"]
         rows.append([title, number(own.mean()), f"{number(own.min())} to {number(own.max())}"])
-    for actor, own in found[found["quantity"] == "lag"].groupby("actor", sort=False):
-        lag = own.set_index("source")["value"]
+    for actor, lags in found[found["quantity"] == "lag"].groupby("actor", sort=False):
+        lag = lags.set_index("source")["value"]
         rows.append(
             [f"lag of the melody of {actor}", f"{number(lag['found'])} s", f"planted: {number(lag['planted'])} s"]
         )
