@@ -7,7 +7,7 @@ record out. The scores are those of all draws.
 import pandas as pd
 
 from cospeech.data import tables as files
-from cospeech.evaluation import head as scoring
+from cospeech.evaluation import head_sessions
 from cospeech.motion import head
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
@@ -38,7 +38,9 @@ with job.run(snakemake) as work:
             failures.append(f"{record}: {failure}")
             continue
         named = {"system": system.name, "variant": variant, "actor": given["actor"], "record": record}
-        scores += [scoring.scores(original, made.head).assign(**named, draw=draw) for draw, made in enumerate(draws)]
+        scores += [
+            head_sessions.scored(original, made.head).assign(**named, draw=draw) for draw, made in enumerate(draws)
+        ]
         if system.name in given["tables"]:
             tables = session.tables(system)
             for table, schema in given["tables"][system.name].items():

@@ -96,11 +96,12 @@ rule head_scores:
         motions=[path for system in WHOLE for path in expand(made_by(system, "motion.parquet"), record=RECORDS)],
     output:
         scores=f"{RESULTS}/evaluation/head_scores.parquet",
+        sessions=f"{RESULTS}/evaluation/head_sessions.parquet",
     params:
-        records=list(RECORDS),
         actors={record: actor_of(record) for record in RECORDS},
         whole=[(system, variant_of(system), record) for system in WHOLE for record in RECORDS],
-        interior=config["evaluation"]["interior"],
+        systems={name: (CHOSEN.systems[name].role, list(CHOSEN.systems[name].controls)) for name in [*HEADS, *WHOLE]},
+        bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
     message:
         f"scores of {len(RECORDS)} heads by {len(HEADS) + len(WHOLE)} systems"

@@ -6,6 +6,7 @@ from cospeech.report.exhibits.declaration import (
     LEVINE_2009,
     LEVINE_2010,
     OZKUL_2012,
+    SARGIN_2006,
     Condition,
     Exhibit,
     Section,
@@ -89,6 +90,7 @@ SOURCES = {
     "elapsed_errors": Source(f"{BODY_LANGUAGE}/elapsed.parquet", "elapsed_errors"),
     "record_head": Source("head/{first_record}.parquet", "head"),
     "record_heads": Source("synthesis/{shown_head.name}/{shown_head.variant}/{first_record}/head.parquet", "head"),
+    "head_sessions": Source("evaluation/head_sessions.parquet", "head_sessions"),
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
@@ -248,6 +250,20 @@ EXHIBITS = (
     Exhibit(
         "body-language-fig-6.1", "body_language", "pictures:draw", document=LEVINE_2009, numbers=False,
         sources={"picture": "strip_picture"}, needs=("bodylanguage_random",),
+    ),
+    Exhibit(
+        "head-table-4.1", "head", "head_scores:board", document=SARGIN_2006,
+        sources={"sessions": "head_sessions"}, needs=("heads",),
+        show="head_scores:table", template="heads.html.jinja",
+        published="head-table-4.1", compare="head_scores:compare",
+    ),
+    Exhibit(
+        "fig-head-differences", "head", "head_scores:differences",
+        sources={"sessions": "head_sessions"}, needs=("heads",),
+    ),
+    Exhibit(
+        "fig-head-lag", "head", "head_scores:lags",
+        sources={"sessions": "head_sessions"}, needs=("heads",),
     ),
     Exhibit(
         "fig-head-timeline", "head", "head:timeline",
