@@ -40,10 +40,11 @@ try:
     RESULTS = f"results/{config['run']}"
     REPORTS = f"reports/{config['run']}"
     VIRTUAL = config["corpus"]["source"] == "studio"
+    IDENTIFIES = configuration.identifies(config)
     run_lock.check_writable(Path())
     paths.plain(workflow.basedir, "the folder of cospeech")
     capture_takes.check_paths(config)
-    RECORDS = record_list.records(config, RESULTS)
+    RECORDS = {} if IDENTIFIES else record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
@@ -91,7 +92,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/calibration.smk"
 
 
-# Without records a run calibrates a rig, and nothing else.
+# Without records a run identifies speakers, or it calibrates a rig, and nothing else.
 MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
 # The records whose heads were filmed, and the heads that are shown.
@@ -121,6 +122,13 @@ if RECORDS:
         include: "workflow/rules/heads.smk"
     include: "workflow/rules/report.smk"
     include: "workflow/rules/report_capture.smk"
+
+
+if IDENTIFIES:
+
+    include: "workflow/rules/identity_features.smk"
+    include: "workflow/rules/identity.smk"
+    include: "workflow/rules/report_identity.smk"
 
 
 localrules:
@@ -219,12 +227,12 @@ onstart:
     if RECORDS and SHORTEST_S is not None and any(name.startswith(("systems", "heads")) for name in planned):
         for line in short_records.lines(config, RECORDS, SHORTEST_S):
             progress.write_line(f"cospeech: {line}")
-    if VIRTUAL:
+    if VIRTUAL and RECORDS:
         progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 
 
 onsuccess:
-    if RECORDS:
+    if RECORDS or IDENTIFIES:
         write_seconds()
     write_manifest()
     progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))

@@ -242,7 +242,7 @@ def live_controller(rng: np.random.Generator) -> None:
     hops = list(live.frames(speech))
     online.step(state, hops[0])
     begin = time.process_time()
-    online.control(state, "style:energetic", 0.7)
+    online.prepare(state, "style:energetic", 0.7)()
     style_ms = 1000 * (time.process_time() - begin)
     times = np.empty(len(hops) - 1)
     for place, hop in enumerate(hops[1:]):

@@ -4,7 +4,7 @@ A system that failed planned no phrases or made no frames; what this script make
 """
 
 from cospeech.data import tables
-from cospeech.evaluation import hand_speed
+from cospeech.evaluation import motion_scores
 from cospeech.formats import bvh
 from cospeech.markov import labelled_hmm
 from cospeech.motion import assembly, skeleton, unit_selection
@@ -18,6 +18,7 @@ with job.run(snakemake) as work:
     motions = work.read_each(work.params["others"], work.input.motions, "motion")
     pool = unit_selection.templates(work.read(work.input.gestures, "segments"), motions)
     fps, weight = skeleton.frame_rate(original), settings["continuity_weight"]
+    spoken = work.read(work.input.spoken, "syllables") if work.input.spoken else None
     synthesised, scores = [], []
     for place, (system, variant) in enumerate(work.params["planned"]):
         phrases = work.read(work.input.phrases[place], "segments")
@@ -31,7 +32,7 @@ with job.run(snakemake) as work:
         work.write(selected, work.output.units[place], "units")
         work.write(synthesised[place], work.output.motion[place], "motion")
         named = {"system": system, "variant": variant, "record": record}
-        scores.append(hand_speed.scores(named, original, synthesised[-1:], **work.params["interior"]))
+        scores.append(motion_scores.table(named, original, synthesised[-1:], spoken, **work.params["interior"]))
         work.say(f"{system}: {unit_selection.summary(selected, weight)}")
     if work.output.scores:
         work.write(scores or tables.empty("motion_scores"), work.output.scores, "motion_scores")

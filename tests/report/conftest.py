@@ -139,6 +139,7 @@ def tables_of_a_run(tmp_path_factory):
     session_scores = sessions.session_scores(scores, plausible.BOOTSTRAP)
     run.write(session_scores, "evaluation/session_scores.parquet", "session_scores")
     differences = sessions.differences(scores, main, plausible.BOOTSTRAP)
+    run.write(scores, "evaluation/record_scores.parquet", "record_scores")
     run.write(differences, "evaluation/differences.parquet", "differences")
     motions = {}
     for place, system in enumerate((motion.ORIGINAL, *PICTURED, "random")):

@@ -125,7 +125,7 @@ def record_scores() -> pd.DataFrame:
                 if setting != (8, 3):
                     variant = f"clusters~{setting[0]},states~{setting[1]}"
                     add(system, variant, record, imitate(tables[record], fidelity, np.random.default_rng([9, i, r])))
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows).assign(recorded=np.nan)
 
 
 BOOTSTRAP = sessions.Bootstrap(samples=2000, level=0.95, seed=2012)

@@ -126,11 +126,13 @@ def test_the_first_frame_is_neutral_and_gestures_turn_the_head_where_they_say():
         if gesture == "nod":
             tops = [angles[(times_s >= a) & (times_s < b), 0].max() for a, b in rows[["start_s", "end_s"]].to_numpy()]
         else:
-            held_s = rows["end_s"].to_numpy() - 0.01
-            tops = [np.interp(at, times_s, angles[:, axis]) for at in held_s]
+            tops = np.interp((rows["start_s"] + rows["end_s"]) / 2, times_s, angles[:, axis])
         assert len(tops) > 20
         assert np.mean(tops) == pytest.approx(own.places_deg[gesture][axis], abs=2.0)
         assert np.sign(np.mean(tops)) == sign
+    ends = planted.heads["end_s"].to_numpy()[:-1]
+    between = np.column_stack([np.interp(ends, times_s, angle) for angle in angles.T])
+    assert np.abs(between).mean() < 1.0
 
 
 def test_the_body_turns_its_head_as_planted():
@@ -155,13 +157,13 @@ def test_the_head_of_every_world_can_be_joined_with_its_pitch(world):
     assert np.ptp(head.angles(moved), axis=0).max() > 12.0
 
 
-def test_in_the_world_of_phrases_low_tones_are_no_movements():
+def test_in_the_world_of_phrases_some_intonation_phrases_are_no_movements():
     planted = scene("phrases", duration_s=120.0, head=0.8)
     labelled = planted.movements.merge(planted.prosody, on="start_s", suffixes=("", "_pattern"))
     assert len(labelled) == len(planted.movements)
     named = labelled[labelled["label"] != movements.NONE]
     assert (named["label"].map(movements.CONTOURS) == named["label_pattern"]).all()
-    assert set(labelled.loc[labelled["label"] == movements.NONE, "label_pattern"]) <= {"p1", "p2", "p8"}
+    assert set(labelled.loc[labelled["label"] == movements.NONE, "label_pattern"]) <= {"p1", "p3", "p8"}
     assert named["end_s"].to_numpy() == pytest.approx(
         named["start_s"].map(planted.prosody.set_index("start_s")["end_s"]).to_numpy()
     )

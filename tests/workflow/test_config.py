@@ -95,6 +95,8 @@ def test_every_configuration_that_we_ship_is_valid(path):
             changed(studio__world="all", studio__couplings={"vigour": 0.5}, studio__actors=in_worlds("vigour")),
             "studio.couplings are those of the parts of the world 'all'",
         ),
+        (changed(studio__film="stereo"), "studio.film: stereo films head gestures, and 'ada' has none"),
+        (changed(studio__head_coupling=1.5), "studio.head_coupling: 1.5 is greater than the maximum of 1"),
         (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
         (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),

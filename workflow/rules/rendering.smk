@@ -34,6 +34,7 @@ def motion_inputs(systems):
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet",
         "motions": training_motions,
         "own": f"{RESULTS}/motion/{{record}}.parquet",
+        "spoken": SPOKEN_SYLLABLES,
     }
 
 
@@ -176,15 +177,18 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/stills.py"
 
+    # A record of each actor, as far as their rows fit a page.
+    STRIPPED = FIRST_RECORDS[:3]
+
     rule strip:
         input:
-            motions=expand(made_by(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
-            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=FIRST_RECORDS),
+            motions=expand(made_by(SHOWN, "motion.parquet"), record=STRIPPED),
+            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=STRIPPED),
         output:
             picture=f"{RESULTS}/animation/strip.png",
         params:
             system=SHOWN,
-            records=FIRST_RECORDS,
+            records=STRIPPED,
         message:
             f"frames of the animation by {SHOWN}"
         script:

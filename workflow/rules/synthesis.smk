@@ -12,6 +12,10 @@ def needed(systems, need):
     return any(need in SYSTEMS[system].needs for system in systems)
 
 
+# The syllables of a record, which beats of the motion are compared with, if a system needs syllables anyway.
+SPOKEN_SYLLABLES = f"{RESULTS}/speech/{{record}}/syllables.parquet" if needed(SYSTEMS, "syllables") else []
+
+
 def training_gestures(wildcards):
     """The gesture phrases that a fold may learn from: those of the actor's other records."""
     if "motion" in BRINGS:
@@ -46,6 +50,7 @@ def inputs_of(systems):
         "syllables": syllables_of_fold if needed(systems, "syllables") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet" if makers(systems, "motion") else [],
+        "spoken": SPOKEN_SYLLABLES,
         # One table represents everything that was planted, as one job writes it all.
         "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
     }

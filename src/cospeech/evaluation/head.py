@@ -1,7 +1,7 @@
-"""Distances between a synthesised head and the recorded one (Sargin 2006, 4.4.3), and what their speeds have in common.
+"""Distances between a synthesised head and the recorded one (Sargin 2006, 4.4.3), and correlation of their speeds.
 
-The normalised distance is printed as a sum over frames, but the published values can only be means. It is dominated by
-the few frames in which the angles of both heads nearly cancel; a ratio of two sums, which is not, is given with it.
+The normalised distance is printed as a sum over frames, but the published values can only be means. The few frames in
+which the angles of both heads nearly cancel dominate it; a ratio of two sums is given with it, which they do not.
 """
 
 from __future__ import annotations

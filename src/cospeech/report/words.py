@@ -49,6 +49,12 @@ MEASURES = {
     "hand_speed_r": Measure(
         "hand speed r", "", "more", "correlation of the hands' speed with that of the recorded hands"
     ),
+    "beat_alignment": Measure(
+        "beat alignment", "", "more", "nearness of syllables to beats of the hands, beyond that of beats at random"
+    ),
+    "frechet_distance": Measure(
+        "Fréchet distance", "", "less", "between the features of hand motion in windows of the two motions"
+    ),
 }
 
 HEAD_MEASURES = {

@@ -1,4 +1,4 @@
-"""The texture of a head that is filmed: skin with pores, freckles and moles, hair, brows, eyes, lips and a shirt.
+"""The texture of a person who is filmed: skin with pores, freckles and moles, hair, brows, eyes, lips and a shirt.
 
 A texture is an image whose rows and columns lie on the parts of ``mannequin``. Its detail is what optical flow
 follows, and it is about as fine as the pixels of a camera in which a face is 140 pixels wide.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cospeech.data.arrays import Floats, Singles
 from cospeech.data.rng import random_source
@@ -16,15 +17,20 @@ from cospeech.studio import mannequin
 from cospeech.studio.mannequin import EYE_M, MOUTH_M, smooth
 from cospeech.studio.stage import ycbcr
 
-SIZES = {"head": (330, 420), "neck": (110, 180), "shoulders": (150, 420)}
+SIZES = {"head": (330, 420), "neck": (110, 180), "shoulders": (150, 420), "hand": (180, 200)}
 """Height and width of the texture of each part, texels."""
 
 SKINS = ((224, 178, 150), (205, 150, 120), (188, 134, 104), (150, 104, 80))
 HAIRS = ((38, 28, 24), (62, 42, 30), (96, 70, 46), (24, 22, 24))
 IRISES = ((74, 50, 34), (88, 100, 62), (92, 116, 132), (52, 36, 28))
 SHIRTS = ((70, 92, 130), (92, 112, 88), (128, 74, 72), (110, 108, 112))
-LIP, MOUTH, WHITE = (176, 96, 92), (58, 26, 26), (226, 222, 216)
 """Red, green and blue in full light, from which each person has some."""
+
+LIP, MOUTH, MOLE = (176, 96, 92), (58, 26, 26), (95.0, 85.0, 70.0)
+WHITE, PUPIL, GLINT, LASH = (226, 222, 216), (12, 10, 10), (250, 250, 250), (26, 18, 16)
+"""The colours that all have. A mole is darker than the skin around it by its colour."""
+
+N_MOLES = 6
 
 BLINKS = 8
 """Number of steps from an open eye to a closed one."""
@@ -42,7 +48,9 @@ SHADES = {
 """Shade of the skin where little light arrives: its share, and the middle and deviation of its profile, metres."""
 
 EYE_WIDTH_M, UPPER_LID_M, LOWER_LID_M = 0.0145, 0.0058, 0.0044
-IRIS_M, PUPIL_M = 0.0058, 0.0025
+IRIS_M, PUPIL_M, SOFT_M = 0.0058, 0.0025, 0.0011
+"""Half of the width of an eye, how far its lids are apart from its middle, radii of iris and pupil, and how soft the
+edges of lids are."""
 
 
 class Texture(NamedTuple):
@@ -60,6 +68,15 @@ class Texture(NamedTuple):
     corner: tuple[int, int]
 
 
+class Colours(NamedTuple):
+    """Red, green and blue of one person in full light, (3,) each."""
+
+    skin: Floats
+    hair: Floats
+    iris: Floats
+    shirt: Floats
+
+
 def texture(person: str, seed: int, contrast: float = 1.0) -> Texture:
     """Return the texture of a person, which the seed and the name determine.
 
@@ -68,36 +85,38 @@ def texture(person: str, seed: int, contrast: float = 1.0) -> Texture:
     contrast : factor of the contrast of the skin's pores, freckles and moles.
     """
     rng = random_source(seed, "complexion", person)
-    skin, hair, iris, shirt = (
-        np.array(some[int(rng.integers(len(some)))], dtype=float) for some in (SKINS, HAIRS, IRISES, SHIRTS)
+    own = Colours(
+        *(np.array(some[int(rng.integers(len(some)))], dtype=float) for some in (SKINS, HAIRS, IRISES, SHIRTS))
     )
-    head, neck, shoulders = (np.empty((*size, 3)) for size in SIZES.values())
     height, width = SIZES["head"]
     columns, rows = np.meshgrid(np.linspace(0.0, 1.0, width), np.linspace(1.0, 0.0, height))
     places = mannequin.skull(columns, rows)
+    head = _hair(_face(own.skin, places, contrast, rng), own.hair, places, rng)
+    region = _eye_region(places)
+    eyes = np.array([_eyes(head[region], places[region], own, shut) for shut in np.linspace(0.0, 1.0, BLINKS + 1)])
+    head[region] = eyes[0]
+    parts = {
+        "head": head,
+        "neck": _under_chin(_skin(0.92 * own.skin, SIZES["neck"], contrast, rng)),
+        "shoulders": _shirt(own.shirt, SIZES["shoulders"], rng),
+        "hand": _fingers(_skin(0.95 * own.skin, SIZES["hand"], contrast, rng)),
+    }
+    return Texture(ycbcr(_stacked(parts)), ycbcr(eyes), (region[0].start, region[1].start))
+
+
+def _stacked(parts: dict[str, Floats]) -> Floats:
+    """Return one image (H, W, 3) with the textures of all parts above one another."""
+    width = max(size[1] for size in SIZES.values())
+    return np.concatenate([np.pad(parts[name], ((0, 0), (0, width - SIZES[name][1]), (0, 0))) for name in SIZES])
+
+
+def _eye_region(places: Floats) -> tuple[slice, slice]:
+    """Return the rows and columns of the texture of the head that contain both eyes."""
     x, y, z = np.moveaxis(places, -1, 0)
-    head[:] = _skin(skin, places, SIZES["head"], contrast, rng)
-    head[:] = _hair(head, hair, places, rng)
-    top, bottom = np.flatnonzero((y[:, width // 2] < 0.024) & (y[:, width // 2] > -0.012))[[0, -1]]
-    left, right = np.flatnonzero((np.abs(x[height // 2]) < 0.056) & (z[height // 2] > 0.0))[[0, -1]]
-    eyes = np.array(
-        [
-            _eyes(
-                head[top:bottom, left:right], iris, skin, x[top:bottom, left:right], y[top:bottom, left:right], shut
-            )
-            for shut in np.linspace(0.0, 1.0, BLINKS + 1)
-        ]
-    )
-    neck[:] = _plain_skin(0.92 * skin, SIZES["neck"], contrast, rng)
-    shoulders[:] = _shirt(shirt, SIZES["shoulders"], rng)
-    neck *= _under_chin(SIZES["neck"])
-    whole = np.zeros((sum(size[0] for size in SIZES.values()), max(size[1] for size in SIZES.values()), 3))
-    first = 0
-    for part in (head, neck, shoulders):
-        whole[first : first + part.shape[0], : part.shape[1]] = part
-        first += part.shape[0]
-    whole[top:bottom, left:right] = eyes[0]
-    return Texture(ycbcr(whole), ycbcr(eyes), (int(top), int(left)))
+    middle, side = y.shape[1] // 2, y.shape[0] // 2
+    rows = np.flatnonzero((y[:, middle] < EYE_M[1] + 0.018) & (y[:, middle] > EYE_M[1] - 0.018))
+    columns = np.flatnonzero((np.abs(x[side]) < EYE_M[0] + 0.025) & (z[side] > 0.0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
 def noise(size: tuple[int, int], texels: float, rng: np.random.Generator) -> Floats:
@@ -108,7 +127,8 @@ def noise(size: tuple[int, int], texels: float, rng: np.random.Generator) -> Flo
     return np.asarray(values / values.std())
 
 
-def _plain_skin(skin: Floats, size: tuple[int, int], contrast: float, rng: np.random.Generator) -> Floats:
+def _skin(skin: Floats, size: tuple[int, int], contrast: float, rng: np.random.Generator) -> Floats:
+    """Return bare skin (H, W, 3) with pores and freckles."""
     pores = 3.5 * noise(size, 1.6, rng) + 3.0 * noise(size, 4.0, rng) + 3.0 * noise(size, 14.0, rng)
     freckles = np.maximum(noise(size, 2.6, rng) - 1.7, 0.0)
     grey = contrast * (pores - 16.0 * freckles)
@@ -116,35 +136,41 @@ def _plain_skin(skin: Floats, size: tuple[int, int], contrast: float, rng: np.ra
     return np.asarray(skin + grey[..., None] * (1.0, 0.95, 0.85) + tint[..., None] * (1.5, -1.0, -0.5))
 
 
-def _skin(skin: Floats, places: Floats, size: tuple[int, int], contrast: float, rng: np.random.Generator) -> Floats:
+def _face(skin: Floats, places: Floats, contrast: float, rng: np.random.Generator) -> Floats:
+    """Return the skin of the head with moles, lips and ears, and the shades that its relief throws."""
     x, y, z = np.moveaxis(places, -1, 0)
-    colour = _plain_skin(skin, size, contrast, rng)
     front = smooth(0.02, 0.03, z)
-    for _ in range(6):
-        place = rng.uniform((-0.055, -0.095), (0.055, 0.065))
-        mole = np.exp(-0.5 * ((x - place[0]) ** 2 + (y - place[1]) ** 2) / rng.uniform(0.0007, 0.0016) ** 2) * front
-        colour = colour - contrast * mole[..., None] * (95.0, 85.0, 70.0)
+    colour = _skin(skin, SIZES["head"], contrast, rng) - contrast * (front * _moles(x, y, rng))[..., None] * MOLE
     red = 0.5 * _blob(x, y, (0.042, -0.028), (0.018, 0.014)) + 0.6 * _blob(x, y, (0.0, -0.036), (0.012, 0.008))
     colour = colour + (front * red)[..., None] * (6.0, -14.0, -12.0)
     dark = sum((share * _blob(x, y, at, spread) for share, at, spread in SHADES.values()), np.zeros_like(x))
-    light = 0.10 * np.exp(-0.5 * (x / 0.004) ** 2) * smooth(-0.036, 0.02, y) * smooth(-0.02, 0.02, -y)
-    light = (
-        light + 0.06 * _blob(x, y, (0.0, 0.048), (0.030, 0.014)) + 0.10 * _blob(x, y, (0.0, -0.032), (0.006, 0.005))
-    )
+    light = 0.10 * np.exp(-0.5 * (x / 0.004) ** 2) * smooth(-0.036, 0.02, y) * smooth(-0.02, 0.02, -y)  # nose
+    light = light + 0.06 * _blob(x, y, (0.0, 0.048), (0.030, 0.014))  # forehead
+    light = light + 0.10 * _blob(x, y, (0.0, -0.032), (0.006, 0.005))  # tip of the nose
     colour = colour * (1.0 - np.clip(front * dark, 0.0, 0.9) + front * light)[..., None]
-    colour = _over(colour, LIP, front * _lips(x, y) * (0.85 + 0.05 * noise(size, 2.0, rng)))
+    colour = _over(colour, LIP, front * _lips(x, y) * (0.85 + 0.05 * noise(SIZES["head"], 2.0, rng)))
     colour = _over(colour, MOUTH, front * _mouth_line(x, y))
     inside = np.hypot((z + 0.010) / 0.009, (y + 0.002) / 0.018)
-    ear = smooth(-1.0, 0.4, -inside) * smooth(0.9, 0.1, np.abs(x) / 0.076)
-    under = smooth(0.104, 0.02, -y)  # in the shadow of the chin
-    return np.asarray(colour * (1.0 - 0.35 * ear - 0.35 * under * smooth(-0.09, 0.05, -z))[..., None])
+    ear = smooth(-1.0, 0.4, -inside) * smooth(0.9, 0.1, np.abs(x) / mannequin.WIDTH_M)
+    below = smooth(0.104, 0.02, -y) * smooth(-0.09, 0.05, -z)  # in the shadow of the chin
+    return np.asarray(colour * (1.0 - 0.35 * ear - 0.35 * below)[..., None])
+
+
+def _moles(x: Floats, y: Floats, rng: np.random.Generator) -> Floats:
+    """Return where moles are, 0 to 1."""
+    moles = np.zeros_like(x)
+    for _ in range(N_MOLES):
+        at = rng.uniform((-0.055, -0.095), (0.055, 0.065))
+        size_m = rng.uniform(0.0007, 0.0016)
+        moles += np.exp(-0.5 * ((x - at[0]) ** 2 + (y - at[1]) ** 2) / size_m**2)
+    return moles
 
 
 def _blob(x: Floats, y: Floats, at: tuple[float, float], spread: tuple[float, float]) -> Floats:
     return mannequin.Bump(1.0, at, spread).at(x, y)
 
 
-def _over(colour: Floats, paint: tuple[float, ...] | Floats, share: Floats) -> Floats:
+def _over(colour: Floats, paint: npt.ArrayLike, share: Floats) -> Floats:
     """Return a colour (..., 3) covered by paint (3,) to the given share (...)."""
     cover = np.clip(share, 0.0, 1.0)[..., None]
     return np.asarray(colour + cover * (np.asarray(paint) - colour))
@@ -180,34 +206,38 @@ def _hair(colour: Floats, hair: Floats, places: Floats, rng: np.random.Generator
     return _over(colour, 0.8 * hair, brow)
 
 
-def _eyes(colour: Floats, iris: Floats, skin: Floats, x: Floats, y: Floats, shut: float) -> Floats:
+def _eyes(colour: Floats, places: Floats, own: Colours, shut: float) -> Floats:
     """Return the region of the eyes (h, w, 3) with the lids shut to a share."""
-    side, up = np.abs(x) - EYE_M[0], y - EYE_M[1]
-    across = side / EYE_WIDTH_M
+    across, up = (np.abs(places[..., 0]) - EYE_M[0]) / EYE_WIDTH_M, places[..., 1] - EYE_M[1]
     curve = np.sqrt(np.maximum(1.0 - across**2, 0.0))
-    lower = -LOWER_LID_M * curve**1.4
+    fold, lower = UPPER_LID_M * curve, -LOWER_LID_M * curve**1.4
     upper = lower + (1.0 - shut) * (UPPER_LID_M * curve**1.1 - lower)
-    soft = 0.0011
-    inside = smooth(0.0, soft, upper - up) * smooth(0.0, soft, up - lower) * (np.abs(across) < 1.0)
-    lid = (
-        smooth(0.0, soft, UPPER_LID_M * curve + 0.0016 - up) * smooth(0.0, soft, up - upper) * (np.abs(across) < 1.0)
-    )
-    colour = _over(colour, 0.86 * skin, 0.8 * lid)
-    away = np.hypot(x - np.sign(x) * EYE_M[0], up - 0.0004)
-    ball = _over(np.broadcast_to(np.array(WHITE, dtype=float), colour.shape), iris, smooth(-IRIS_M, 0.0012, -away))
-    ball = _over(ball, 0.55 * iris, smooth(-IRIS_M, 0.001, -away) * smooth(IRIS_M - 0.0010, 0.001, away))
-    ball = _over(ball, (12.0, 10.0, 10.0), smooth(-PUPIL_M, 0.0010, -away))
-    glint = np.hypot(x - np.sign(x) * EYE_M[0] - 0.002, up - 0.0026)  # of the lamp
-    ball = _over(ball, (250.0, 250.0, 250.0), smooth(-0.0011, 0.0008, -glint))
-    shade = 1.0 - 0.25 * smooth(0.0035, 0.004, up)
-    colour = _over(colour, ball * shade[..., None], inside)
+    within = np.abs(across) < 1.0
+    inside = within * smooth(0.0, SOFT_M, upper - up) * smooth(0.0, SOFT_M, up - lower)
+    lid = within * smooth(0.0, SOFT_M, fold + 0.0016 - up) * smooth(0.0, SOFT_M, up - upper)
+    colour = _over(colour, 0.86 * own.skin, 0.8 * lid)
+    colour = _over(colour, _eyeballs(places, own.iris), inside)
     near = np.abs(across) < 1.06
-    lash = np.exp(-0.5 * ((up - upper) / 0.0010) ** 2) * near * curve**0.3
-    crease = np.exp(-0.5 * ((up - (UPPER_LID_M * curve + 0.0030)) / 0.0009) ** 2) * near * curve
-    rim = np.exp(-0.5 * ((up - lower) / 0.0007) ** 2) * near
-    colour = _over(colour, (26.0, 18.0, 16.0), 0.92 * lash)
-    colour = _over(colour, 0.60 * skin, 0.55 * crease)
-    return _over(colour, 0.62 * skin, 0.6 * rim)
+    colour = _over(colour, LASH, 0.92 * near * curve**0.3 * _line(up - upper, 0.0010))
+    colour = _over(colour, 0.60 * own.skin, 0.55 * near * curve * _line(up - fold - 0.0030, 0.0009))
+    return _over(colour, 0.62 * own.skin, 0.6 * near * _line(up - lower, 0.0007))
+
+
+def _eyeballs(places: Floats, iris: Floats) -> Floats:
+    """Return the colour of both eyeballs (h, w, 3), in the shade of the upper lids."""
+    x = places[..., 0] - np.sign(places[..., 0]) * EYE_M[0]
+    up = places[..., 1] - EYE_M[1]
+    away = np.hypot(x, up - 0.0004)
+    ball = _over(np.broadcast_to(np.array(WHITE, dtype=float), places.shape), iris, smooth(-IRIS_M, 0.0012, -away))
+    ball = _over(ball, 0.55 * iris, smooth(-IRIS_M, 0.001, -away) * smooth(IRIS_M - 0.0010, 0.001, away))
+    ball = _over(ball, PUPIL, smooth(-PUPIL_M, 0.0010, -away))
+    ball = _over(ball, GLINT, smooth(-0.0011, 0.0008, -np.hypot(x - 0.002, up - 0.0026)))
+    return ball * (1.0 - 0.25 * smooth(0.0035, 0.004, up))[..., None]
+
+
+def _line(away: Floats, width_m: float) -> Floats:
+    """Return how much of a thin line is at a distance from it, 0 to 1."""
+    return np.asarray(np.exp(-0.5 * (away / width_m) ** 2))
 
 
 def _shirt(shirt: Floats, size: tuple[int, int], rng: np.random.Generator) -> Floats:
@@ -218,7 +248,15 @@ def _shirt(shirt: Floats, size: tuple[int, int], rng: np.random.Generator) -> Fl
     return np.asarray(np.clip(shirt * (1.0 + weave + folds)[..., None], 4.0, 250.0))
 
 
-def _under_chin(size: tuple[int, int]) -> Floats:
-    """Return the shade of the neck (H, 1, 1): dark below the chin."""
-    down = np.linspace(0.0, 1.0, size[0])
-    return np.asarray((1.0 - 0.45 * smooth(-0.55, 0.4, -down))[:, None, None])
+def _fingers(colour: Floats) -> Floats:
+    """Return the skin of the hand (H, W, 3) with dark gaps between the fingers."""
+    columns, rows = np.meshgrid(np.linspace(0.0, 1.0, colour.shape[1]), np.linspace(1.0, 0.0, colour.shape[0]))
+    across = 2.0 * np.sin(2.0 * np.pi * columns - np.pi)
+    gap = np.exp(-0.5 * ((across - np.round(across)) / 0.07) ** 2) * (np.abs(across) < 1.5)
+    return np.asarray(colour * (1.0 - 0.6 * gap * smooth(0.52, 0.06, rows))[..., None])
+
+
+def _under_chin(colour: Floats) -> Floats:
+    """Return the skin of the neck (H, W, 3), which is dark below the chin."""
+    down = np.linspace(0.0, 1.0, len(colour))
+    return np.asarray(colour * (1.0 - 0.45 * smooth(-0.55, 0.4, -down))[:, None, None])

@@ -43,12 +43,14 @@ class Acting:
         forward, metres.
     blink : (T,) how far the eyes are shut, 0 to 1.
     mouth : (T,) how far the mouth is open, 0 to 1.
+    hand_m : (T, 3) place of the middle of a raised hand, NaN in frames without one; None if there is none at all.
     """
 
     angles_deg: Floats
     shift_m: Floats
     blink: Floats
     mouth: Floats
+    hand_m: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -104,11 +106,13 @@ def frames(
     The arrays are overwritten in every frame.
     """
     scene = _Scene(looks)
-    views = [_View(camera, noise, seed) for camera in cameras]
+    scene.move(np.eye(3, dtype=np.float32), np.zeros(3, dtype=np.float32), 0.0, 0.0, np.full(3, np.nan))
+    views = [_View(camera, scene, noise, seed) for camera in cameras]
     turns = rotation.from_euler("XYZ", acting.angles_deg).astype(np.float32)
     shifts = acting.shift_m.astype(np.float32)
-    for turn, shift, blink, mouth in zip(turns, shifts, acting.blink, acting.mouth, strict=True):
-        scene.move(turn, shift, float(blink), float(mouth))
+    hands = np.full(shifts.shape, np.nan) if acting.hand_m is None else acting.hand_m
+    for turn, shift, blink, mouth, hand in zip(turns, shifts, acting.blink, acting.mouth, hands, strict=True):
+        scene.move(turn, shift, float(blink), float(mouth), hand)
         yield [view.shoot(scene) for view in views]
 
 
@@ -123,41 +127,49 @@ class _Scene:
         ]
         self._sun = (SUN / np.linalg.norm(SUN)).astype(np.float32)
         self.texels = mesh.texels.astype(np.float32)
-        self.triangles: Integers = mesh.triangles
+        hand = mesh.hand[mesh.triangles].all(axis=1)
+        trunk = (mesh.follows[mesh.triangles] == 0.0).all(axis=1) & ~hand
+        self.trunk, self.moving = mesh.triangles[trunk], mesh.triangles[~trunk & ~hand]
+        self._without_hand, self._with_hand = self.moving, mesh.triangles[~trunk]
         self.texture = looks.texture.open.copy()
         self.seen = np.empty((len(mesh.places_m), 4), dtype=np.float32)
 
-    def move(self, turn: Singles, shift: Singles, blink: float, mouth: float) -> None:
+    def move(self, turn: Singles, shift: Singles, blink: float, mouth: float, hand_m: Floats) -> None:
+        """Pose the head with a rotation (3, 3) and a displacement (3,), and set eyes, mouth and hand."""
         raster.pose(*self._mesh, np.float32(mouth), turn, shift, self._sun, np.float32(AMBIENT), self.seen)
+        self.moving = self._without_hand if np.isnan(hand_m).any() else self._with_hand
+        self.seen[self._looks.mesh.hand, :3] = self._mesh[0][self._looks.mesh.hand] + hand_m
         eyes = self._looks.texture.eyes[round(blink * BLINKS)]
         row, column = self._looks.texture.corner
         self.texture[row : row + eyes.shape[0], column : column + eyes.shape[1]] = eyes
 
 
 class _View:
-    """One camera: its empty image, and its sensor."""
+    """One camera: its image without the moving parts of the person, and its sensor."""
 
-    def __init__(self, camera: Camera, noise: float, seed: int) -> None:
+    def __init__(self, camera: Camera, scene: _Scene, noise: float, seed: int) -> None:
         width, height = camera.size_px
         self._rng = np.random.default_rng([seed, *camera.name.encode()])
         self._grain = film.grain(noise, self._rng)
-        self._focal = np.array(camera.focal_px, dtype=np.float32)
-        self._centre = np.array(camera.centre_px, dtype=np.float32)
-        self._rotation = camera.rotation.astype(np.float32)
-        self._origin = np.array(camera.shift_m, dtype=np.float32)
-        self._wall = wall(camera)
-        self._picture = np.empty_like(self._wall)
-        self._depth = np.empty((height, width), dtype=np.float32)
+        self._lens = (
+            np.array(camera.focal_px, dtype=np.float32),
+            np.array(camera.centre_px, dtype=np.float32),
+            camera.rotation.astype(np.float32),
+            np.array(camera.shift_m, dtype=np.float32),
+        )
+        self._behind, self._behind_depth = wall(camera), np.zeros((height, width), dtype=np.float32)
+        self._draw(scene, scene.trunk, self._behind, self._behind_depth)
+        self._picture, self._depth = np.empty_like(self._behind), np.empty_like(self._behind_depth)
         self._planes = np.empty((3, height, width), dtype=np.uint8)
         self._box = np.array([0, 0, width, height])
 
+    def _draw(self, scene: _Scene, triangles: Integers, picture: Singles, depth: Singles) -> None:
+        raster.draw(scene.seen, scene.texels, triangles, scene.texture, *self._lens, picture, depth)
+
     def shoot(self, scene: _Scene) -> Planes:
-        self._picture[:] = self._wall
-        self._depth[:] = 0.0
-        raster.draw(
-            scene.seen, scene.texels, scene.triangles, scene.texture, self._focal, self._centre, self._rotation,
-            self._origin, self._picture, self._depth,
-        )  # fmt: skip
+        """Return the image of the scene, which is overwritten by the next one."""
+        self._picture[:], self._depth[:] = self._behind, self._behind_depth
+        self._draw(scene, scene.moving, self._picture, self._depth)
         at = int(self._rng.integers(len(self._grain)))
         paint.expose(self._picture, self._grain, at, self._box, self._planes)
         return self._planes

@@ -1,7 +1,7 @@
 """Head gestures that are joined with pitch movements (Sargin 2006, 4).
 
-Each movement is joined with one gesture: the head turns or tilts to a side and stays there, or nods. Which gesture it
-is, and where the head turns to, are habits of the actor. The gesture begins somewhat before its movement, by a lag
+Each movement is joined with one gesture: the head turns or tilts to a side and comes back, or nods. Which gesture it
+is, and how far the head turns, are habits of the actor. The gesture begins somewhat before its movement, by a lag
 that varies from one time to the next. Where there is no movement, the head rests.
 
 The head listens in random spans of a few seconds (see ``worlds``). In the others, it follows the movements of speech
@@ -50,9 +50,8 @@ ASIDE_DEG = 2.5
 SIZE_SPREAD = 0.12
 """Standard deviation of the logarithm of the size of a gesture, from one time to the next."""
 
-MOVES_S = 0.40
-"""Duration of the movement to the place of a gesture; at most the share ``MOVES`` of the gesture."""
-MOVES = 0.8
+MOVES_S, MOST_MOVES = 0.35, 0.45
+"""Duration of the movement to the place of a gesture, and of that back; at most this share of the gesture each."""
 
 SWAY_DEG = (0.7, 1.0, 0.6)
 SWAY_HZ = (0.05, 0.5)
@@ -163,21 +162,25 @@ def perform(own: Habits, gestures: pd.DataFrame, times_s: Floats, seed: int) -> 
     """
     rng = random_source(seed, "head", str(gestures["record"].iloc[0]))
     angles = np.zeros((len(times_s), 3))
-    keys_s, places = [0.0], [np.zeros(3)]
     for start, end, label in zip(gestures["start_s"], gestures["end_s"], gestures["label"], strict=True):
-        size = rng.lognormal(0.0, SIZE_SPREAD)
-        place = np.zeros(3)
-        if label == "nod":
-            dips = max(1, round((end - start) / NOD_S))
+        if label != REST:
             u = np.clip((times_s - start) / (end - start), 0.0, 1.0)
-            angles += size * np.sin(np.pi * dips * u)[:, None] ** 2 * own.places_deg[label]
-        elif label != REST:
-            place = size * own.places_deg[label]
-        keys_s += [start, start + min(MOVES_S, MOVES * (end - start))]
-        places += [places[-1], place]
-    angles += minimum_jerk(np.array(keys_s), np.array(places), times_s)
+            course = _nods(u, end - start) if label == "nod" else _excursion(u, end - start)
+            angles += rng.lognormal(0.0, SIZE_SPREAD) * course[:, None] * own.places_deg[label]
     sway = np.column_stack([degrees * wander(times_s, *SWAY_HZ, rng) for degrees in SWAY_DEG])
     return np.asarray(angles + sway * np.clip((times_s - times_s[0]) / NEUTRAL_S, 0.0, 1.0)[:, None])
+
+
+def _excursion(u: Floats, duration_s: float) -> Floats:
+    """Return the share of the way (T,) to the place of a gesture at its relative times (T,): there and back."""
+    moves = min(MOVES_S / duration_s, MOST_MOVES)
+    keys = np.array([0.0, moves, 1.0 - moves, 1.0])
+    return minimum_jerk(keys, np.array([[0.0], [1.0], [1.0], [0.0]]), u)[:, 0]
+
+
+def _nods(u: Floats, duration_s: float) -> Floats:
+    """Return the share of the way down (T,) at the relative times (T,) of a gesture."""
+    return np.sin(np.pi * max(1, round(duration_s / NOD_S)) * u) ** 2
 
 
 def truth(own: dict[str, Habits]) -> pd.DataFrame:

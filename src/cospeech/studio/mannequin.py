@@ -1,4 +1,4 @@
-"""The shape of a head that is filmed: skull, face and ears, neck and shoulders, as a mesh of triangles.
+"""The shape of a person who is filmed: skull, face and ears, neck and shoulders, and a hand, as a mesh of triangles.
 
 The frame of the head has its origin between the ears, x to the person's left, y up and z in the direction that the
 face points, metres. The skull is an ellipsoid whose width and depth change with height. Nose, brow ridges, eye
@@ -81,6 +81,7 @@ class Mesh:
     texels : (V, 2) column and row in the texture.
     follows : (V,) share in which a vertex moves with the head rather than with the trunk.
     jaw_m : (V, 3) displacement with an open mouth.
+    hand : (V,) whether a vertex belongs to the hand, whose places are relative to its middle.
     triangles : (F, 3) vertices, anticlockwise as seen from outside.
     """
 
@@ -89,6 +90,7 @@ class Mesh:
     texels: Floats
     follows: Floats
     jaw_m: Floats
+    hand: Flags
     triangles: Integers
 
 
@@ -166,9 +168,8 @@ def hair_depth(x: Floats, y: Floats, z: Floats) -> Floats:
     """Return how far inside of the hair the surface lies at places (...), metres; negative outside of it."""
     above = y - HAIRLINE_M + 12.0 * np.maximum(np.abs(x) - 0.035, 0.0) ** 2
     behind = np.minimum(-z - 0.034, y + 0.085)
-    temple = np.minimum(y - 0.030, 0.030 - z)
-    sideburn = np.minimum(y + 0.004, np.minimum(0.020 - z, z - 0.006))
-    return np.maximum(np.maximum(above, behind), np.maximum(temple, sideburn))
+    temple = np.minimum(y - 0.026 - 0.5 * np.maximum(z, 0.0), 0.030 - z)
+    return np.maximum(above, np.maximum(behind, temple))
 
 
 def _ear(y: Floats, z: Floats) -> Floats:
@@ -191,7 +192,7 @@ def _neck() -> Part:
     columns, rows = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 17)
     turn, up = np.meshgrid(2.0 * np.pi * columns - np.pi, rows)
     y = -0.215 + 0.155 * up
-    radius = 0.056 + 0.020 * np.maximum(0.35 - up, 0.0) ** 2 / 0.1225 - 0.004 * np.sin(np.pi * up)
+    radius = 0.052 + 0.022 * np.maximum(0.35 - up, 0.0) ** 2 / 0.1225 - 0.004 * np.sin(np.pi * up)
     throat = 0.006 * np.exp(-0.5 * ((turn / 0.25) ** 2 + ((y + 0.135) / 0.012) ** 2))
     places = np.stack([radius * np.sin(turn), y, -0.028 + (radius + throat) * np.cos(turn)], axis=-1)
     return Part(places, smooth(-0.125, 0.10, y), columns, rows)
@@ -207,12 +208,24 @@ def _shoulders() -> Part:
     return Part(np.stack([x, y, z], axis=-1), np.zeros(x.shape), columns, rows)
 
 
-PARTS = {"head": _head, "neck": _neck, "shoulders": _shoulders}
+def _hand() -> Part:
+    """Return a raised hand with the palm towards the face, whose fingers are ridges."""
+    columns, rows = np.linspace(0.0, 1.0, 49), np.linspace(0.0, 1.0, 33)
+    turn, up = np.meshgrid(2.0 * np.pi * columns - np.pi, np.pi * (rows - 0.5))
+    level = np.cos(up) ** 0.4
+    x = 0.043 * level * np.sin(turn)
+    fingers = smooth(0.0, 0.02, 0.090 * np.sin(up)) * np.abs(np.sin(np.pi * (x / 0.0215)))
+    y = 0.092 * np.sin(up) - 0.012 * smooth(0.02, 0.08, 0.092 * np.sin(up)) * (x / 0.043) ** 2
+    z = (0.013 * level + 0.004 * fingers) * np.cos(turn)
+    return Part(np.stack([x, y, z], axis=-1), np.zeros(x.shape), columns, rows)
+
+
+PARTS = {"head": _head, "neck": _neck, "shoulders": _shoulders, "hand": _hand}
 """The parts of the mesh, in the order in which their textures lie above one another."""
 
 
 def mesh(sizes: dict[str, tuple[int, int]]) -> Mesh:
-    """Return the mesh of head, neck and shoulders.
+    """Return the mesh of head, neck, shoulders and hand.
 
     Parameters
     ----------
@@ -237,10 +250,11 @@ def mesh(sizes: dict[str, tuple[int, int]]) -> Mesh:
         triangles.append(faces + first)
         first, top = first + len(flat), top + height
     whole, faces = np.concatenate(places), np.concatenate(triangles)
-    moves = np.arange(len(whole)) < len(places[0])
+    part_of = np.repeat(np.arange(len(places)), [len(part) for part in places])
     return Mesh(
-        whole, np.concatenate(normals), np.concatenate(texels), np.concatenate(follows), _jaw(whole, moves), faces
-    )
+        whole, np.concatenate(normals), np.concatenate(texels), np.concatenate(follows),
+        _jaw(whole, part_of == 0), part_of == len(places) - 1, faces,
+    )  # fmt: skip
 
 
 def _normals(places_m: Floats, triangles: Integers) -> Floats:
@@ -260,7 +274,7 @@ def _jaw(places_m: Floats, moves: Flags) -> Floats:
     stretched gradually.
     """
     x, y, z = places_m.T
-    width = np.interp(np.abs(x), (0.016, 0.028, 0.06), (SLIT_M, 0.030, 0.060))
+    width = np.interp(np.abs(x), (0.010, 0.027, 0.06), (SLIT_M, 0.020, 0.060))
     share = moves * smooth(0.0, 1.0, (MOUTH_M - y) / width) * smooth(0.035, 0.05, z)
     angle = np.radians(JAW_DEG)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(angle), -np.sin(angle)], [0.0, np.sin(angle), np.cos(angle)]])

@@ -1,9 +1,9 @@
 """Pitch movements over several syllables, which head gestures are joined with (Sargin 2006, 4.4.2).
 
-A movement is an intonation phrase whose contour is distinct: a rise, a fall, a rise-fall, a high accent or a high
-level. In the world ``patterns``, all speech consists of movements that begin and end between syllables, and each
-speaker has habits about which one follows which. In the other worlds, intonation phrases with low tones are no
-movements.
+A movement is an intonation phrase whose contour is distinct from all others: a rise, a fall, a rise-fall, a high
+accent or a low level. In the world ``patterns``, all speech consists of movements that begin and end between
+syllables, and each speaker has habits about which one follows which. In the other worlds, two patterns of intonation
+phrases, a high level and a soft aside, are no movements.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cospeech.data.rng import random_source
 from cospeech.studio.patterns import NAMES, PAUSE
 from cospeech.studio.syllables import stretches
 
-CONTOURS = {"r1": "p4", "r2": "p5", "r3": "p6", "r4": "p7", "r5": "p3"}
+CONTOURS = {"r1": "p4", "r2": "p5", "r3": "p6", "r4": "p7", "r5": "p2"}
 """The prosody pattern whose contour each movement has."""
 
 NONE = "none"
@@ -27,6 +27,9 @@ NONE = "none"
 
 FEWEST, MOST = 3, 6
 """Range of the number of syllables of a movement; all numbers in it are equally likely."""
+
+ACCENTS = 0.2
+"""Factor of the inflections and the loudness of syllables within movements."""
 
 TASTE = 3.0
 """Concentration of the Dirichlet distribution of the next movement; a movement does not follow itself."""

@@ -83,19 +83,21 @@ def draw(
         right = min(width - 1, int(np.floor(max(ax, bx, cx))))
         top = max(0, int(np.ceil(min(ay, by, cy))))
         bottom = min(height - 1, int(np.floor(max(ay, by, cy))))
+        # Weights of b and c, which are 1 at these vertices and 0 at the others, as linear functions of the pixel.
+        b_x, b_y, c_x, c_y = (ay - cy) / area, (cx - ax) / area, (by - ay) / area, (ax - bx) / area
+        near_b, near_c = flat[b, 2] - flat[a, 2], flat[c, 2] - flat[a, 2]
         for row in range(top, bottom + 1):
-            py = np.float32(row)
+            down = np.float32(row) - ay
             for column in range(left, right + 1):
-                px = np.float32(column)
-                wb = ((cx - ax) * (py - ay) - (px - ax) * (cy - ay)) / area
-                wc = ((px - ax) * (by - ay) - (bx - ax) * (py - ay)) / area
-                wa = ONE - wb - wc
-                if wa < ZERO or wb < ZERO or wc < ZERO:
+                across = np.float32(column) - ax
+                wb, wc = b_x * across + b_y * down, c_x * across + c_y * down
+                if wb < ZERO or wc < ZERO or wb + wc > ONE:
                     continue
-                near = wa * flat[a, 2] + wb * flat[b, 2] + wc * flat[c, 2]
+                near = flat[a, 2] + wb * near_b + wc * near_c
                 if near <= depth[row, column]:
                     continue
                 depth[row, column] = near
+                wa = ONE - wb - wc
                 u = wa * texels[a, 0] + wb * texels[b, 0] + wc * texels[c, 0]
                 v = wa * texels[a, 1] + wb * texels[b, 1] + wc * texels[c, 1]
                 light = wa * seen[a, 3] + wb * seen[b, 3] + wc * seen[c, 3]

@@ -92,8 +92,9 @@ class Scene:
         if self.syllables is None:
             return None
         own = self.syllables.query("source == 'own'").reset_index(drop=True)
-        melodious = self.spoken is None and self.subunits is None  # all speech consists of pitch movements
-        return Delivery(own, None, flatness=1.0) if melodious else Delivery(own, self.spoken)
+        if self.spoken is None and self.subunits is None:  # all speech consists of pitch movements
+            return Delivery(own, None, flatness=1.0, accents=movements.ACCENTS)
+        return Delivery(own, self.spoken)
 
 
 def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: float) -> Player:

@@ -66,6 +66,11 @@ def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
     }
 
 
+def identifies(config: Config) -> bool:
+    """Return whether a run identifies speakers by voice and lips, and has no actors."""
+    return bool(config["identity"]["population"] or config["identity"]["sheet"])
+
+
 @functools.cache
 def schema() -> Config:
     """Return the JSON Schema of a complete configuration."""
@@ -222,7 +227,8 @@ def _impossible(config: Config) -> list[str]:
     if (corpus["name"] == "virtual") != (corpus["source"] == "studio"):
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
     problems += _impossible_calibration(config["capture"]["calibration"])
-    if corpus["source"] == "recorded" and not corpus["records"] and not calibrates(config):
+    problems += _impossible_identity(config)
+    if corpus["source"] == "recorded" and not (corpus["records"] or calibrates(config) or identifies(config)):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
     up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
     if up[-1] == facing[-1]:
@@ -271,6 +277,27 @@ def _impossible(config: Config) -> list[str]:
             problems.append(
                 f"studio.film: stereo films head gestures, and '{unmoved[0]}' has none; choose the world 'patterns' "
                 "for this actor, or set studio.head_coupling"
+            )
+    return problems
+
+
+def _impossible_identity(config: Config) -> list[str]:
+    problems = []
+    identity, virtual = config["identity"], config["corpus"]["source"] == "studio"
+    if identity["population"] and identity["sheet"]:
+        problems.append("identity: population and sheet exclude each other; set population to false or sheet to null")
+    if identity["population"] and not virtual:
+        problems.append("identity.population is the studio's; leave corpus.source at studio, or name a sheet instead")
+    if identity["sheet"] and virtual:
+        problems.append("identity.sheet lists recorded clips; set corpus.source to recorded and name your corpus")
+    if identity["population"]:
+        own = config["studio"]["population"]
+        if own["repetitions"] < 2:
+            problems.append("studio.population.repetitions: with one, nothing is left to test; take 2 or more")
+        if own["others"] >= min(own["speakers"], identity["populations"]["speakers"]):
+            problems.append(
+                f"studio.population.others: there are not {own['others']} names of other speakers; take fewer, or "
+                "more speakers (also in identity.populations)"
             )
     return problems
 

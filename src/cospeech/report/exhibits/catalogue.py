@@ -26,6 +26,9 @@ SECTIONS = (
     Section("head", "Head gestures", "Head gestures"),
     Section("corpus", "The corpus", "Corpus"),
     Section("planted", "What was planted", "Planted"),
+    Section("synchronisation", "Voice and lips", "Voice and lips"),
+    Section("identification", "Error rates", "Error rates"),
+    Section("gain", "What fusion gains", "Gain"),
 )
 
 CONDITIONS = (
@@ -47,6 +50,8 @@ CONDITIONS = (
     ),
 )
 
+IDENTITY_CONDITIONS = (Condition("populations", "the configuration asks for no further populations"),)
+
 CONTROLLER = "synthesis/controller_offline/main"
 
 BODY_LANGUAGE = "synthesis/bodylanguage/main/{first_record}"
@@ -66,6 +71,7 @@ SOURCES = {
         "synthesis/{in_timeline.name}/{in_timeline.variant}/{first_record}/{in_timeline.phrases_file}", "segments"
     ),
     "decoding": Source("synthesis/{third_party.name}/{third_party.variant}/{record}/decoding.parquet", "decoding"),
+    "record_scores": Source("evaluation/record_scores.parquet", "record_scores"),
     "session_scores": Source("evaluation/session_scores.parquet", "session_scores"),
     "differences": Source("evaluation/differences.parquet", "differences"),
     "motion_statistics": Source("evaluation/motion_statistics.parquet", "motion_statistics"),
@@ -99,6 +105,14 @@ SOURCES = {
     "stills_picture": Source("animation/stills.png"),
     "strip_picture": Source("animation/strip.png"),
     "smoothing": Source("animation/smoothing.parquet", "smoothing_trial"),
+    "clips": Source("identity/clips.parquet", "clips"),
+    "delay": Source("identity/delay.parquet", "delay"),
+    "delay_curve": Source("identity/delay_curve.parquet", "delay_curve"),
+    "shift_rates": Source("identity/shift_rates.parquet", "shift_rates"),
+    "canonical_correlations": Source("identity/canonical_correlations.parquet", "canonical_correlations"),
+    "equal_error_rates": Source("identity/equal_error_rates.parquet", "equal_error_rates"),
+    "det": Source("identity/det.parquet", "det"),
+    "gains": Source("identity/gains.parquet", "gains"),
 }
 """What exhibits and the page are made from.
 
@@ -157,7 +171,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "worlds", "every_world", "worlds:draw",
-        sources={"differences": "differences"}, settings={"studio": "studio"},
+        sources={"differences": "differences", "scores": "record_scores"}, settings={"studio": "studio"},
         needs=("phrases", "worlds"), show="worlds:table",
     ),
     Exhibit(
@@ -301,3 +315,37 @@ EXHIBITS = (
         sources={"recovery": "recovery"}, needs=("phrases", "virtual"), show="recovery:summary_table",
     ),
 )  # fmt: skip
+
+IDENTITY = (
+    Exhibit(
+        "identity-fig-2.1", "synchronisation", "identity:shifts", document=SARGIN_2006,
+        sources={"curve": "delay_curve", "delay": "delay", "rates": "shift_rates"},
+        published="identity-fig-2.1", compare="identity:compare_shifts",
+    ),
+    Exhibit(
+        "identity-fig-2.2", "synchronisation", "identity:correlations", document=SARGIN_2006,
+        sources={"correlations": "canonical_correlations"},
+        published="identity-fig-2.2", compare="identity:compare_correlations",
+    ),
+    Exhibit(
+        "identity-table-2.2", "identification", "identity:strategies", document=SARGIN_2006, figure=False,
+        sources={"rates": "equal_error_rates"}, show="identity:strategy_table",
+    ),
+    Exhibit(
+        "identity-table-2.1", "identification", "identity:schemes", document=SARGIN_2006, figure=False,
+        sources={"rates": "equal_error_rates"}, show="identity:scheme_table", template="rates.html.jinja",
+    ),
+    Exhibit(
+        "identity-controls", "identification", "identity:controls",
+        sources={"rates": "equal_error_rates"},
+    ),
+    Exhibit(
+        "identity-det", "identification", "identity:det",
+        sources={"points": "det"},
+    ),
+    Exhibit(
+        "identity-gains", "gain", "identity:gains",
+        sources={"gains": "gains"}, needs=("populations",), show="identity:gain_table",
+    ),
+)  # fmt: skip
+"""The exhibits of a run that identifies speakers. It has none of the others."""
