@@ -17,7 +17,7 @@ from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.markov.parallel_symbols import SymbolHMM
 from cospeech.synthesis.head import features, generation, patterns, prediction, tables
 from cospeech.synthesis.head.generation import NO_NOISE, Generator, Noise, Style
-from cospeech.synthesis.head.prediction import HEAD, MELODY, IOHMMLabeller, JointLabeller, Labeller
+from cospeech.synthesis.head.prediction import HEAD, MELODY, IOHMMLabeller, JointLabeller, Labeller, WeightedLabeller
 from cospeech.synthesis.interface import Training
 
 JOINT_SEGMENT_S = (1.0, 2.0, 0.5)
@@ -29,7 +29,7 @@ PSEUDO = 0.5
 PSEUDO_IOHMM = 0.01
 """The same for the input-output HMM, which has many more parameters."""
 
-SYSTEMS = ("head", "iohmm", "iohmm_ahead")
+SYSTEMS = ("head", "head_weighted", "iohmm", "iohmm_ahead")
 """The systems that share the model."""
 
 STREAMS = ("head", "melody")
@@ -60,7 +60,9 @@ class Model(NamedTuple):
     Attributes
     ----------
     stage : the patterns of the first stage.
-    joint : the joint patterns of the second stage, with the streams ``HEAD`` and ``MELODY``.
+    joint : the joint patterns of the second stage, with the streams ``HEAD`` and ``MELODY`` and equal weights.
+    weighted : the same, with a smaller weight of the melody. A melody pattern lasts for many frames, each of which
+        the printed model counts as evidence of its own.
     iohmms : by look-ahead in frames, the input-output HMM from melody patterns to head patterns.
     noise : noise of the filters ``kept``, by system.
     lags, style : when labels are decided, and how angles are generated.
@@ -68,6 +70,7 @@ class Model(NamedTuple):
 
     stage: Stage
     joint: SymbolHMM
+    weighted: SymbolHMM
     iohmms: Mapping[int, IOHMM]
     noise: Mapping[str, Noise]
     lags: Lags
@@ -91,12 +94,14 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
     rng = random_source(0, "head", training.actor, *sorted(training.heads))
     stage, examples = first_stage(training, settings, rng)
     sequences = [example.symbols for example in examples]
-    joint = second_stage(sequences, stage, settings, rng)
+    joint, weighted = (
+        second_stage(sequences, stage, weight, settings, rng) for weight in (1.0, float(settings["melody_weight"]))
+    )
     look_ahead = settings["look_ahead_frames"]
     iohmms = {ahead: baseline(sequences, stage, ahead, settings, rng) for ahead in (0, look_ahead)}
     lags = Lags(round(settings["melody_lag_s"] * features.MELODY_HZ), look_ahead)
     how = generation.style(settings["overlap_frames"], look_ahead, settings["filters"])
-    model = Model(stage, joint, iohmms, {}, lags, how)
+    model = Model(stage, joint, weighted, iohmms, {}, lags, how)
     noise = {system: _noise(model, system, examples) for system in SYSTEMS}
     return model._replace(noise=noise)
 
@@ -135,26 +140,31 @@ def first_stage(
 
 
 def second_stage(
-    sequences: list[Integers], stage: Stage, settings: Mapping[str, Any], rng: np.random.Generator
+    sequences: list[Integers],
+    stage: Stage,
+    melody_weight: float,
+    settings: Mapping[str, Any],
+    rng: np.random.Generator,
 ) -> SymbolHMM:
-    """Return the joint patterns (Sargin 2006, 4.2.2), the best of all restarts.
+    """Return the joint patterns (Sargin 2006, 4.2.2); restarts are treated as in the first stage.
 
     Parameters
     ----------
     sequences : (T, 2) patterns of head and melody.
+    melody_weight : exponent of the melody (eq. 4.18); that of the head is 1.
     """
     states = settings["joint_states"]
     longest = max(states, stage.fps * max(JOINT_SEGMENT_S))
     n_patterns = patterns.affordable(settings["joint_patterns"], longest, sequences)
     sizes = len(stage.head.labels), len(stage.melody.labels)
-    weights = float(settings["head_weight"]), float(settings["melody_weight"])
     long_enough = [symbols for symbols in sequences if len(symbols) >= states]
-    found = []
+    tried = []
     for restart in range(settings["restarts"]):
         length = max(states, round(JOINT_SEGMENT_S[restart % len(JOINT_SEGMENT_S)] * stage.fps))
-        start = parallel_symbols.start(long_enough, sizes, weights, n_patterns, states, length, rng)
-        found.append(parallel_symbols.fit(start, sequences, settings["iterations"], TOLERANCE, PSEUDO))
-    return found[int(np.argmax([fit.objective[-1] for fit in found]))].model
+        start = parallel_symbols.start(long_enough, sizes, (1.0, melody_weight), n_patterns, states, length, rng)
+        tried.append(parallel_symbols.fit(start, sequences, patterns.TRIED, 0.0, PSEUDO))
+    best = tried[int(np.argmax([fit.objective[-1] for fit in tried]))].model
+    return parallel_symbols.fit(best, sequences, settings["iterations"], TOLERANCE, PSEUDO).model
 
 
 def baseline(
@@ -173,6 +183,8 @@ def labeller(model: Model, system: str) -> Labeller:
     """Return what predicts head patterns in a system."""
     if system == "head":
         return JointLabeller(model.joint, model.lags.head)
+    if system == "head_weighted":
+        return WeightedLabeller(model.weighted, model.lags.head)
     ahead = model.lags.head if system == "iohmm_ahead" else 0
     return IOHMMLabeller(model.iohmms[ahead], ahead)
 
@@ -202,6 +214,7 @@ def to_tables(model: Model) -> dict[str, pd.DataFrame]:
         "head_patterns": labelled_hmm.to_table(model.stage.head),
         "melody_patterns": labelled_hmm.to_table(model.stage.melody),
         "joint_patterns": tables.of_symbols(model.joint, STREAMS),
+        "weighted_patterns": tables.of_symbols(model.weighted, STREAMS),
         "iohmm": tables.of_iohmms(model.iohmms),
         "noise": tables.of_noise(model.noise),
         "rates": pd.DataFrame(rates),
@@ -220,6 +233,7 @@ def from_tables(found: Mapping[str, pd.DataFrame]) -> Model:
     return Model(
         stage,
         tables.symbols_in(found["joint_patterns"], STREAMS),
+        tables.symbols_in(found["weighted_patterns"], STREAMS),
         tables.iohmms_in(found["iohmm"]),
         tables.noise_in(found["noise"]),
         Lags(int(row["melody_lag_frames"]), look_ahead),

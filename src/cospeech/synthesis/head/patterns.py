@@ -10,7 +10,7 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.markov import parallel, parallel_start
 from cospeech.markov.labelled_hmm import LabelledHMM
-from cospeech.markov.parallel import Fit, ParallelHMM
+from cospeech.markov.parallel import ParallelHMM
 from cospeech.synthesis.head.features import HEAD
 from cospeech.synthesis.live import MELODY
 
@@ -26,6 +26,9 @@ VARIANCE_FLOOR = 0.01
 LONGEST = 1.5
 """Longest initial segment relative to the mean (see ``parallel_start``); the training records must have room for one
 per pattern."""
+
+TRIED = 6
+"""Iterations after which the restarts are compared."""
 
 TOLERANCE = 1e-4
 """Training ends when the log-likelihood gain per frame falls below this."""
@@ -49,25 +52,23 @@ def affordable(n_patterns: int, longest: float, sequences: Sequence[Floats] | Se
     return max(1, min(n_patterns, int(room)))
 
 
-def fits(
-    kind: Kind, sequences: list[Floats], fps: float, n_patterns: int, states: int, restarts: int, iterations: int,
+def begin(
+    kind: Kind, sequences: list[Floats], fps: float, n_patterns: int, states: int, restart: int,
     rng: np.random.Generator,
-) -> list[Fit]:  # fmt: skip
-    """Return the trained model of every restart."""
+) -> ParallelHMM:  # fmt: skip
+    """Return the initial model of a restart."""
+    length = max(states, round(kind.segment_s[restart % len(kind.segment_s)] * fps))
     floor = parallel_start.variance_floor(sequences, kind.features, VARIANCE_FLOOR)
-    found = []
-    for restart in range(restarts):
-        length = max(states, round(kind.segment_s[restart % len(kind.segment_s)] * fps))
-        start = parallel_start.from_clusters(sequences, n_patterns, states, length, floor, rng)
-        found.append(parallel.fit(start, sequences, floor, iterations, TOLERANCE))
-    return found
+    return parallel_start.from_clusters(sequences, n_patterns, states, length, floor, rng)
 
 
 def learn(
     kind: Kind, sequences: list[Floats], fps: float, n_patterns: int, states: int, restarts: int, iterations: int,
     rng: np.random.Generator,
 ) -> LabelledHMM:  # fmt: skip
-    """Return the most likely model of all restarts, with its patterns in a reproducible order.
+    """Return patterns, in a reproducible order.
+
+    Of all restarts, only the one that is most likely after ``TRIED`` iterations is trained further.
 
     Parameters
     ----------
@@ -75,10 +76,15 @@ def learn(
     n_patterns, states : number of patterns, if there is data enough, and of states of each.
     """
     n_branches = affordable(n_patterns, max(states, fps * max(kind.segment_s)), sequences)
-    found = fits(kind, sequences, fps, n_branches, states, restarts, iterations, rng)
-    best = found[int(np.argmax([fit.log_likelihoods[-1] for fit in found]))].model
+    floor = parallel_start.variance_floor(sequences, kind.features, VARIANCE_FLOOR)
+    tried = [
+        parallel.fit(begin(kind, sequences, fps, n_branches, states, restart, rng), sequences, floor, TRIED)
+        for restart in range(restarts)
+    ]
+    best = tried[int(np.argmax([fit.log_likelihoods[-1] for fit in tried]))].model
+    trained = parallel.fit(best, sequences, floor, iterations, TOLERANCE).model
     labels = tuple(f"{kind.prefix}{m + 1}" for m in range(n_branches))
-    return LabelledHMM(ordered(kind, best), labels, kind.features)
+    return LabelledHMM(ordered(kind, trained), labels, kind.features)
 
 
 def branch_means(model: ParallelHMM) -> Floats:

@@ -7,9 +7,9 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.synthesis.head.features import MELODY_HZ
-from cospeech.synthesis.head.generation import N_AXES, Generator, Noise, patterns_of
-from cospeech.synthesis.head.model import Model
-from cospeech.synthesis.head.prediction import Labeller, MelodyLabeller
+from cospeech.synthesis.head.generation import N_AXES, Generator, patterns_of
+from cospeech.synthesis.head.model import Model, labeller
+from cospeech.synthesis.head.prediction import MelodyLabeller
 from cospeech.synthesis.live import Stream
 
 
@@ -70,20 +70,16 @@ class Performer:
     Parameters
     ----------
     model : the actor's model.
-    labeller : what predicts head patterns from melody patterns.
-    noise : noise of the filters ``kept`` for this system.
+    system : name of the system, which predicts head patterns in its own way.
     stream, seed : what is known of the speech, and the seed of the run.
-    system : name of the system, which gives the random numbers.
     """
 
-    def __init__(
-        self, model: Model, labeller: Labeller, noise: Noise, stream: Stream, seed: int, system: str
-    ) -> None:
+    def __init__(self, model: Model, system: str, stream: Stream, seed: int) -> None:
         rng = random_source(seed, system, stream.record)
         self._melody = MelodyLabeller(model.stage.melody.hmm, model.lags.melody)
         self._at_frames = AtFrames(model.stage.fps)
-        self._labeller = labeller
-        self._generator = Generator(patterns_of(model.stage.head), model.style, noise, rng)
+        self._labeller = labeller(model, system)
+        self._generator = Generator(patterns_of(model.stage.head), model.style, model.noise[system], rng)
         self._resampled = Resampled(model.stage.fps, stream.motion_fps)
 
     def hear(self, melody: Floats) -> Floats:

@@ -9,6 +9,7 @@ import numpy as np
 from cospeech.data.arrays import Integers
 from cospeech.markov import parallel_symbols
 from cospeech.markov.fixed_lag import FixedLag
+from cospeech.markov.fixed_lag_beliefs import FixedLagBeliefs
 from cospeech.markov.iohmm import IOHMM, Predictor
 from cospeech.markov.parallel import Densities, ParallelHMM, flat
 from cospeech.markov.parallel_symbols import SymbolHMM
@@ -58,6 +59,26 @@ class JointLabeller:
     def end(self) -> Integers:
         """See ``Labeller``."""
         return self._label[self._path.end()]
+
+
+class WeightedLabeller:
+    """Head patterns that are most probable given all melody patterns up to ``lag`` frames later.
+
+    The probability of a head pattern is its mean in the states, weighted by their posterior probabilities.
+    """
+
+    def __init__(self, model: SymbolHMM, lag: int) -> None:
+        self._densities = np.exp(parallel_symbols.log_densities(parallel_symbols.split(model, MELODY)))
+        self._beliefs = FixedLagBeliefs(model.entry, model.stay, lag)
+        self._emissions = flat(model.emissions[HEAD])
+
+    def hear(self, symbols: Integers) -> Integers:
+        """See ``Labeller``."""
+        return (self._beliefs.hear(self._densities[symbols]) @ self._emissions).argmax(axis=1)
+
+    def end(self) -> Integers:
+        """See ``Labeller``."""
+        return (self._beliefs.end() @ self._emissions).argmax(axis=1)
 
 
 class IOHMMLabeller:
