@@ -16,7 +16,7 @@ with job.run(snakemake) as work:
         work.write(speech.syllables, f"{raw}.syllables.parquet", "syllables")
         if scene.heads is not None:
             angles = performance.head_angles(given["actor"], scene, given["head_fps"], seed)
-            work.write(speech.melody, f"{raw}.melody.parquet", "melody")
+            work.write(features.melody(record, scene, base_hz, seed), f"{raw}.melody.parquet", "melody")
             work.write(head.table(angles, given["head_fps"]), f"{raw}.head.parquet", "head")
         if given["motion_fps"] is None:
             work.write(scene.gestures, f"{raw}.gestures.parquet", "segments")

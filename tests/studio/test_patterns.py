@@ -186,7 +186,7 @@ def test_tables_follow_their_schemas_and_give_back_the_scene(tmp_path):
 
 def test_the_simulated_melody_follows_the_movements():
     planted = scene(duration_s=300.0)
-    melody = features.melody("r", planted.prosody, 200.0, SEED, planted.delivery().contours)
+    melody = features.melody("r", planted, 200.0, SEED)
     tables.validate(melody, "melody", "melody")
     times_s = melody["time_s"].to_numpy()
     named = planted.movements["label"].to_numpy()[segments.at_times(planted.movements, times_s)]
