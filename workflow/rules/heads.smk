@@ -198,3 +198,49 @@ if VIRTUAL and FILMED_HEADS:
             f"errors of the captured heads of {len(FILMED_HEADS)} records"
         script:
             "../../scripts/evaluation/head_capture.py"
+
+
+rule pattern_poses:
+    input:
+        patterns=outputs_for(
+            expand(made_by(system, "head_patterns.parquet"), record=list(RECORDS)[:1])[0]
+            for system in HEADS_SHOWN[:1]
+        ),
+    output:
+        picture=f"{RESULTS}/animation/head_patterns.png",
+    params:
+        patterns=[
+            expand(made_by(system, "head_patterns.parquet"), record=list(RECORDS)[:1])[0]
+            for system in HEADS_SHOWN[:1]
+        ],
+    message:
+        "pictures of the patterns of the head"
+    script:
+        "../../scripts/rendering/pattern_poses.py"
+
+
+def place_of_patterns(system):
+    """The folder with the tables of a system's models, of which the job of its scores writes one for each record."""
+    return f"{RESULTS}/synthesis/{system}/{variant_of(system)}"
+
+
+if VIRTUAL and HAS_HEADS and HEADS_TOGETHER:
+
+    # The first system that learns has the patterns of head and melody that all others share.
+    PATTERNED = next(name for name in HEADS_TOGETHER if "head_patterns" in HEADS[name].tables)
+
+    rule head_recovery:
+        input:
+            planted=f"{RESULTS}/corpus/truth/gesture_phrases.parquet",
+            scores=expand(HEAD_SCORES, record=RECORDS),
+            heads=expand(f"{RESULTS}/head/{{record}}.parquet", record=RECORDS),
+            melodies=expand(f"{RESULTS}/speech/{{record}}/melody.parquet", record=RECORDS),
+        output:
+            recovery=f"{RESULTS}/evaluation/head_recovery.parquet",
+        params:
+            actors={record: actor_of(record) for record in RECORDS},
+            models=place_of_patterns(PATTERNED),
+        message:
+            "how much of the planted head gestures is found again"
+        script:
+            "../../scripts/evaluation/head_recovery.py"

@@ -42,7 +42,7 @@ MET = [
         "takes": CAPTURED,
         "filmed": FILMED,
         "filmed_heads": VIRTUAL and FILMED_HEADS,
-        "planted_heads": False,
+        "planted_heads": VIRTUAL and HAS_HEADS and HEADS,
         "virtual": VIRTUAL,
         "worlds": len({own.world for own in WORLDS.values()}) > 1,
     }.items()
@@ -60,6 +60,7 @@ SOURCE_NAMES = {
     "pictured": [KNOWN[name] for name in PICTURED],
     "in_timeline": [KNOWN[name] for name in IN_TIMELINE],
     "third_party": [system for system in KNOWN.values() if system.origin],
+    "first_head": [reported.System(name, **as_reported(HEADS)[name]) for name in HEADS_SHOWN[:1]],
     "shown_head": [reported.System(name, **as_reported(HEADS)[name]) for name in HEADS_SHOWN],
     "setting": [MAIN.path],
 }

@@ -15,11 +15,15 @@ import pandas as pd
 from cospeech.data import segments
 from cospeech.data.arrays import Floats, Integers
 from cospeech.geometry import rotation
+from cospeech.markov import labelled_hmm
 from cospeech.motion import head
 
 Rows = list[dict[str, Any]]
 
 POSITIONS = ["tx_m", "ty_m", "tz_m"]
+
+MELODY_HZ = 100.0
+"""Frame rate of melodies."""
 
 GRID_HZ = 50.0
 """Rate at which labels of the head and of the melody are compared."""
@@ -87,6 +91,26 @@ def agreement(quantity: str, planted: pd.DataFrame, found: pd.DataFrame) -> Rows
     (true, own), n_frames = _streams(planted, found)
     value = float(adjusted_mutual_info_score(true, own))
     return [{"quantity": quantity, "source": "found", "value": value, "n": n_frames}]
+
+
+def head_segments(model: pd.DataFrame, record: str, angles: pd.DataFrame) -> pd.DataFrame:
+    """Return the segments (schema ``segments``) of the patterns of the head that a model finds in a record.
+
+    Parameters
+    ----------
+    model : a parallel HMM of angles and their first differences (schema ``hmm_model``; Sargin 2006, eq. 4.1).
+    angles : angles of the head (schema ``head``).
+    """
+    filled = head.at_times(angles, angles["time_s"].to_numpy())
+    frames = pd.DataFrame(filled, columns=head.COLUMNS)
+    differences = frames.diff().bfill().add_prefix("d_")
+    found = labelled_hmm.from_table(model)
+    return labelled_hmm.phrases(found, record, frames.join(differences), head.frame_rate(angles))
+
+
+def melody_segments(model: pd.DataFrame, record: str, melody: pd.DataFrame) -> pd.DataFrame:
+    """Return the segments of the patterns that a model finds in the melody of a record (schema ``melody``)."""
+    return labelled_hmm.phrases(labelled_hmm.from_table(model), record, melody, MELODY_HZ)
 
 
 def lags(source: str, heads: Mapping[str, pd.DataFrame], melodies: Mapping[str, pd.DataFrame]) -> Rows:

@@ -43,7 +43,8 @@ def scored(original: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
 def table(scores: pd.DataFrame, compared: Mapping[str, Iterable[str]], settings: Bootstrap) -> pd.DataFrame:
     """Return means of all systems, and differences between some of them (schema ``head_sessions``).
 
-    Draws of a control are averaged before anything else. A difference is the mean over the units that both have.
+    Draws of a control are averaged before anything else. A difference is the mean over the units that both have; there
+    are none of measures over the lag.
 
     Parameters
     ----------
@@ -51,23 +52,20 @@ def table(scores: pd.DataFrame, compared: Mapping[str, Iterable[str]], settings:
     compared : by system, the others that are subtracted from it.
     """
     variants = scores.groupby("system", sort=False)["variant"].first()
+    alone = [(name, None) for name in variants.index]
+    both = [(name, other) for name, others in compared.items() for other in others]
     rows = []
     for unit, columns in UNITS.items():
         own = scores[scores["minute"].isna() == (unit == "record")]
         for key, part in own.groupby(KEY, sort=False, dropna=False):
             wide = part.pivot_table(index=columns, columns="system", values="value", aggfunc="mean", sort=True)
-            counts = bootstrap.draws(
-                wide.index.get_level_values("actor"), settings.samples, settings.seed, f"heads {unit}"
-            )
-            pairs = [(name, None) for name in variants.index] + [
-                (name, other) for name, others in compared.items() for other in others
-            ]
-            for name, other in pairs:
-                if name not in wide or (other is not None and other not in wide):
-                    continue
-                values = wide[name] - (wide[other] if other is not None else 0.0)
-                named = {"system": name, "variant": variants[name], "other": other, "unit": unit}
-                rows.append(named | dict(zip(KEY, key, strict=True)) | _mean(values, counts, settings.level))
+            actors = wide.index.get_level_values("actor")
+            counts = bootstrap.draws(actors, settings.samples, settings.seed, f"heads {unit}")
+            for name, other in [*alone, *(both if pd.isna(key[1]) else [])]:
+                if name in wide and (other is None or other in wide):
+                    values = wide[name] - (wide[other] if other is not None else 0.0)
+                    named = {"system": name, "variant": variants[name], "other": other, "unit": unit}
+                    rows.append(named | dict(zip(KEY, key, strict=True)) | _mean(values, counts, settings.level))
     return pd.DataFrame(rows).reindex(columns=COLUMNS)
 
 

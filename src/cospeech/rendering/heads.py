@@ -153,6 +153,19 @@ def strip(panels: Sequence[Panel], times_s: Floats) -> Image:
     return np.vstack(rows)
 
 
+def farthest(patterns: pd.DataFrame) -> tuple[list[str], Floats]:
+    """Return the name of each pattern of a head, and its mean angles (n, 3) in degrees where they are largest.
+
+    Parameters
+    ----------
+    patterns : a parallel HMM of the head (schema ``hmm_model``).
+    """
+    means = patterns.pivot_table(index=["branch", "state"], columns="feature", values="mean", sort=False)
+    angles = means[head.COLUMNS]
+    largest = np.sqrt((angles**2).sum(axis=1)).groupby("branch", sort=False).idxmax()
+    return [str(name) for name in largest.index], angles.loc[largest].to_numpy(dtype=float)
+
+
 def poses(titles: Sequence[str], angles_deg: Floats) -> Image:
     """Return an image (H, W, 3) of one head per title, side by side, with angles (n, 3) in degrees."""
     height, width = PICTURE_PX

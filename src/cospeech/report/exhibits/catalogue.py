@@ -56,6 +56,8 @@ CONTROLLER = "synthesis/controller_offline/main"
 
 BODY_LANGUAGE = "synthesis/bodylanguage/main/{first_record}"
 
+FIRST_HEAD = "synthesis/{first_head.name}/{first_head.variant}/{first_record}"
+
 SOURCES = {
     "records": Source("corpus/records.parquet", "records"),
     "annotations": Source("corpus/annotations.parquet", "annotations"),
@@ -97,6 +99,9 @@ SOURCES = {
     "record_head": Source("head/{first_record}.parquet", "head"),
     "record_heads": Source("synthesis/{shown_head.name}/{shown_head.variant}/{first_record}/head.parquet", "head"),
     "head_sessions": Source("evaluation/head_sessions.parquet", "head_sessions"),
+    "head_patterns": Source(f"{FIRST_HEAD}/head_patterns.parquet", "hmm_model"),
+    "melody_patterns": Source(f"{FIRST_HEAD}/melody_patterns.parquet", "hmm_model"),
+    "pattern_poses": Source("animation/head_patterns.png"),
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
@@ -118,7 +123,7 @@ SOURCES = {
 
 Placeholders: ``record``, ``first_record`` (the one that is shown from speech to gesture), ``captured`` (records whose
 joint angles come from films or markers), ``pictured``, ``in_timeline`` and ``third_party`` (systems, see ``Run``),
-``shown_head`` (systems whose heads are shown), and ``setting`` (the main setting of the prosody clusters, as a path).
+``first_head`` and ``shown_head`` (the system whose patterns are shown, and those whose heads are), and ``setting`` (the main setting of the prosody clusters, as a path).
 """
 
 LABELS = "phrases.gesture.labels"
@@ -278,6 +283,21 @@ EXHIBITS = (
     Exhibit(
         "fig-head-lag", "head", "head_scores:lags",
         sources={"sessions": "head_sessions"}, needs=("heads",),
+    ),
+    Exhibit(
+        "head-fig-4.7", "head", "head_patterns:gestures", document=SARGIN_2006,
+        sources={"patterns": "head_patterns"}, needs=("heads",),
+        show="head_patterns:gesture_table",
+        published="head-fig-4.6", compare="head_patterns:compare_gestures",
+    ),
+    Exhibit(
+        "fig-head-poses", "head", "pictures:draw", numbers=False,
+        sources={"picture": "pattern_poses"}, needs=("heads",),
+    ),
+    Exhibit(
+        "head-fig-4.9", "head", "head_patterns:melodies", document=SARGIN_2006,
+        sources={"patterns": "melody_patterns"}, needs=("heads",),
+        published="head-fig-4.8", compare="head_patterns:compare_melodies",
     ),
     Exhibit(
         "fig-head-timeline", "head", "head:timeline",
