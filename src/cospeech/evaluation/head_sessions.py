@@ -43,8 +43,8 @@ def scored(original: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
 def table(scores: pd.DataFrame, compared: Mapping[str, Iterable[str]], settings: Bootstrap) -> pd.DataFrame:
     """Return means of all systems, and differences between some of them (schema ``head_sessions``).
 
-    Draws of a control are averaged before anything else. A difference is the mean over the units that both have; there
-    are none of measures over the lag.
+    Draws of a control are averaged before anything else. A difference is the mean over the units that both have; none
+    is returned of measures over the lag.
 
     Parameters
     ----------
@@ -61,7 +61,8 @@ def table(scores: pd.DataFrame, compared: Mapping[str, Iterable[str]], settings:
             wide = part.pivot_table(index=columns, columns="system", values="value", aggfunc="mean", sort=True)
             actors = wide.index.get_level_values("actor")
             counts = bootstrap.draws(actors, settings.samples, settings.seed, f"heads {unit}")
-            for name, other in [*alone, *(both if pd.isna(key[1]) else [])]:
+            over_lag = part["lag_s"].notna().any()
+            for name, other in [*alone, *([] if over_lag else both)]:
                 if name in wide and (other is None or other in wide):
                     values = wide[name] - (wide[other] if other is not None else 0.0)
                     named = {"system": name, "variant": variants[name], "other": other, "unit": unit}
