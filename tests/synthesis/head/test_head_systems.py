@@ -14,11 +14,13 @@ from cospeech.synthesis.interface import Training
 from cospeech.synthesis.live import ANGLES, Heard, Stream, by_steps
 from cospeech.synthesis.session import Trained, method_of, perform
 
-DRIVEN = {system.name: system for system in SYSTEMS if system.role == "system"}
+NAMED = {system.name: system for system in SYSTEMS}
+DRIVEN = {name: system for name, system in NAMED.items() if system.role == "system"}
+CONTROLS = [name for name, system in NAMED.items() if system.role == "control"]
 
 
 def made_by(name, trained, speech, seed=7):
-    system = DRIVEN[name]
+    system = NAMED[name]
     return perform(system, Trained(method_of(system), trained), speech, seed).head
 
 
@@ -89,10 +91,12 @@ def test_gaps_are_left_out_and_a_head_that_is_never_seen_is_refused(training):
     gap = training.heads["r1"].copy()
     gap.loc[300:400, list(ANGLES)] = np.nan
     gap.loc[700:702, list(ANGLES)] = np.nan
-    stage, examples = model.first_stage(
+    stage, examples, angles = model.first_stage(
         replace(training, heads=training.heads | {"r1": gap}), SETTINGS, np.random.default_rng(0)
     )
-    assert [len(example.angles) for example in examples] == [300, 1399, 1800, 1800]
+    assert [(example.first, len(example.symbols)) for example in examples[:2]] == [(0, 300), (401, 1399)]
+    assert [len(part) for part in angles] == [300, 1399, 1800, 1800]
+    assert all(np.isfinite(part).all() for part in angles)
     assert stage.fps == FPS
     unseen = {record: head.assign(y_deg=np.nan) for record, head in training.heads.items()}
     with pytest.raises(UserError, match="actor ada: no training record shows the head in 10 successive frames"):
@@ -102,3 +106,53 @@ def test_gaps_are_left_out_and_a_head_that_is_never_seen_is_refused(training):
 def test_unknown_filters_are_named(training):
     with pytest.raises(UserError, match="filters: 'none'; known are printed, kept"):
         model.train(training, SETTINGS | {"filters": "none", "iterations": 1, "restarts": 1})
+
+
+# ---------------------------------------------------------------- controls and ceiling
+
+
+@pytest.mark.parametrize("name", [*CONTROLS, "head_ceiling"])
+def test_controls_and_the_ceiling_survive_their_tables(training, trained, records, tmp_path, name):
+    method, schemas = method_of(NAMED[name]), NAMED[name].table_schemas
+    learnt = trained if name == "head_ceiling" else method.train(training, {})
+    stored = {}
+    for table, found in method.to_tables(learnt).items():
+        tables.write(found, tmp_path / f"{table}.parquet", schemas[table], corpus="virtual", config_hash="0")
+        stored[table] = tables.read(tmp_path / f"{table}.parquet", schemas[table])
+    speech = speech_of(records, "r0", fps=25.0)
+    before, after = (made_by(name, one, speech) for one in (learnt, method.from_tables(stored)))
+    pd.testing.assert_frame_equal(before, after)
+
+
+def test_the_head_that_does_not_move_and_the_mean_head_are_constant(training, records):
+    pool = method_of(NAMED["head_still"]).train(training, {})
+    speech = speech_of(records, "r0")
+    assert (made_by("head_still", pool, speech)[list(ANGLES)] == 0).all(axis=None)
+    known = np.concatenate([head[list(ANGLES)] for head in training.heads.values()])
+    mean = made_by("head_mean", pool, speech)[list(ANGLES)]
+    np.testing.assert_allclose(mean, np.tile(known.mean(axis=0), (len(mean), 1)), atol=1e-9)
+
+
+def test_another_head_is_that_of_the_next_record_and_of_later_ones(training, records):
+    pool = method_of(NAMED["head_another"]).train(training, {})
+    speech = replace(speech_of(records, "r0"), n_motion_frames=4000)
+    made = made_by("head_another", pool, speech)[list(ANGLES)].to_numpy()
+    heads = [records[name].head[list(ANGLES)].to_numpy() for name in ("r1", "r2", "r3")]
+    np.testing.assert_allclose(made, np.concatenate(heads)[:4000], atol=1e-9)
+    last = made_by("head_another", pool, replace(speech_of(records, "r3"), n_motion_frames=100))
+    np.testing.assert_allclose(last[list(ANGLES)], heads[0][:100], atol=1e-9)
+
+
+def test_another_head_skips_what_could_not_be_measured(training, records):
+    gap = training.heads["r1"].copy()
+    gap.loc[50:60, list(ANGLES)] = np.nan
+    pool = method_of(NAMED["head_another"]).train(replace(training, heads={"r1": gap, "r2": gap}), {})
+    made = made_by("head_another", pool, speech_of(records, "r0"))
+    between = made.loc[49:61, "y_deg"]
+    np.testing.assert_allclose(between, np.linspace(between.iloc[0], between.iloc[-1], 13), atol=1e-9)
+
+
+def test_nothing_learns_from_records_without_a_head(training):
+    unseen = {record: head.assign(x_deg=np.nan) for record, head in training.heads.items()}
+    with pytest.raises(UserError, match="actor ada: no training record shows the head"):
+        method_of(NAMED["head_mean"]).train(replace(training, heads=unseen), {})

@@ -13,6 +13,7 @@ TABLES = {
     "weighted_patterns": "symbol_hmm",
     "iohmm": "iohmm",
     "noise": "head_noise",
+    "examples": "head_examples",
     "rates": "head_rates",
 }
 """The tables of the model that all systems share, with their schemas."""
@@ -49,6 +50,10 @@ filters : printed, the median and Gaussian filters of the thesis; or kept, filte
 """
 
 
+POOL = {"pool": "head_pool", "order": "record_order"}
+"""The tables of the controls that show recorded heads."""
+
+
 def _declare(name: str, title: str, method: str, section: str, order: int, **more: Any) -> System:
     return System(
         name=name,
@@ -60,14 +65,37 @@ def _declare(name: str, title: str, method: str, section: str, order: int, **mor
         tables=TABLES,
         settings=SETTINGS,
         order=order,
-        live=True,
         **more,
     )
 
 
+def _control(name: str, title: str, method: str, order: int, shares: str = "") -> System:
+    return System(
+        name=name,
+        title=title,
+        method=f"cospeech.synthesis.head.{method}",
+        role="control",
+        needs=("head",),
+        makes="head",
+        shares=shares,
+        tables=POOL,
+        order=order,
+    )
+
+
 SYSTEMS = (
-    _declare("head", "Head gestures", "proposed", "4.2 and 4.3", 70),
-    _declare("head_weighted", "Head gestures, melody weighted", "weighted", "4.2 and 4.3", 71, shares="head"),
-    _declare("iohmm", "Head gestures by IOHMM", "iohmm", "4.4.3", 72, shares="head"),
-    _declare("iohmm_ahead", "Head gestures by IOHMM with look-ahead", "iohmm_ahead", "4.4.3", 72, shares="head"),
+    _declare("head", "Head gestures", "proposed", "4.2 and 4.3", 70, live=True),
+    _declare(
+        "head_weighted", "Head gestures, melody weighted", "weighted", "4.2 and 4.3", 71, shares="head", live=True
+    ),
+    _declare("iohmm", "Head gestures by IOHMM", "iohmm", "4.4.3", 72, shares="head", live=True),
+    _declare(
+        "iohmm_ahead", "Head gestures by IOHMM with look-ahead", "iohmm_ahead", "4.4.3", 73, shares="head", live=True
+    ),
+    _control("head_another", "Another recorded head", "another", 70),
+    _control("head_mean", "Mean head", "mean", 71, shares="head_another"),
+    _control("head_still", "Head that does not move", "still", 72, shares="head_another"),
+    _declare(
+        "head_ceiling", "Head gestures by gradient boosting", "ceiling", "4.3", 70, role="ceiling", shares="head"
+    ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,6 +54,14 @@ class Lags(NamedTuple):
     head: int
 
 
+class Example(NamedTuple):
+    """A stretch of a training record, from frame ``first`` on: the patterns of head and melody in each, (T, 2)."""
+
+    record: str
+    first: int
+    symbols: Integers
+
+
 class Model(NamedTuple):
     """A trained model.
 
@@ -65,6 +73,7 @@ class Model(NamedTuple):
         the printed model counts as evidence of its own.
     iohmms : by look-ahead in frames, the input-output HMM from melody patterns to head patterns.
     noise : noise of the filters ``kept``, by system.
+    examples : the stretches of the training records, labelled with the patterns of the first stage.
     lags, style : when labels are decided, and how angles are generated.
     """
 
@@ -73,15 +82,9 @@ class Model(NamedTuple):
     weighted: SymbolHMM
     iohmms: Mapping[int, IOHMM]
     noise: Mapping[str, Noise]
+    examples: Sequence[Example]
     lags: Lags
     style: Style
-
-
-class Example(NamedTuple):
-    """A stretch of a training record: angles (T, 3), and the patterns of head and melody in each frame, (T, 2)."""
-
-    angles: Floats
-    symbols: Integers
 
 
 def train(training: Training, settings: Mapping[str, Any]) -> Model:
@@ -92,7 +95,7 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
     UserError : if no training record has angles of the head that can be learnt from, or a setting is impossible.
     """
     rng = random_source(0, "head", training.actor, *sorted(training.heads))
-    stage, examples = first_stage(training, settings, rng)
+    stage, examples, angles = first_stage(training, settings, rng)
     sequences = [example.symbols for example in examples]
     joint, weighted = (
         second_stage(sequences, stage, weight, settings, rng) for weight in (1.0, float(settings["melody_weight"]))
@@ -101,15 +104,15 @@ def train(training: Training, settings: Mapping[str, Any]) -> Model:
     iohmms = {ahead: baseline(sequences, stage, ahead, settings, rng) for ahead in (0, look_ahead)}
     lags = Lags(round(settings["melody_lag_s"] * features.MELODY_HZ), look_ahead)
     how = generation.style(settings["overlap_frames"], look_ahead, settings["filters"])
-    model = Model(stage, joint, weighted, iohmms, {}, lags, how)
-    noise = {system: _noise(model, system, examples) for system in SYSTEMS}
+    model = Model(stage, joint, weighted, iohmms, {}, examples, lags, how)
+    noise = {system: _noise(model, system, angles) for system in SYSTEMS}
     return model._replace(noise=noise)
 
 
 def first_stage(
     training: Training, settings: Mapping[str, Any], rng: np.random.Generator
-) -> tuple[Stage, list[Example]]:
-    """Return the patterns of the first stage, and the training records labelled with them."""
+) -> tuple[Stage, list[Example], list[Floats]]:
+    """Return the patterns of the first stage, the training records labelled with them, and their angles."""
     fps = features.common_rate(list(training.heads.values()))
     heads = {record: features.at_rate(table, fps) for record, table in training.heads.items()}
     least = settings["head_states"]
@@ -135,8 +138,8 @@ def first_stage(
         labels = spoken[stretch.record]
         at = features.melody_frames(len(frames), fps, stretch.first)
         symbols = np.column_stack([patterns.label(head.hmm, frames), labels[np.minimum(at, len(labels) - 1)]])
-        examples.append(Example(stretch.angles, symbols))
-    return Stage(head, melody, fps), examples
+        examples.append(Example(stretch.record, stretch.first, symbols))
+    return Stage(head, melody, fps), examples, [stretch.angles for stretch in stretches]
 
 
 def second_stage(
@@ -189,16 +192,16 @@ def labeller(model: Model, system: str) -> Labeller:
     return IOHMMLabeller(model.iohmms[ahead], ahead)
 
 
-def _noise(model: Model, system: str, examples: list[Example]) -> Noise:
+def _noise(model: Model, system: str, angles: list[Floats]) -> Noise:
     """Return the noise of the filters ``kept``: what a system lacks when it makes the training records."""
     if model.style.filters != "kept":
         return NO_NOISE
     made = []
-    for example in examples:
+    for example in model.examples:
         labels = prediction.whole(labeller(model, system), np.ascontiguousarray(example.symbols[:, MELODY]))
         head = Generator(generation.patterns_of(model.stage.head), model.style, NO_NOISE, np.random.default_rng(0))
         made.append(np.concatenate([head.hear(labels), head.end()]))
-    return generation.fit_noise([example.angles for example in examples], made)
+    return generation.fit_noise(angles, made)
 
 
 def to_tables(model: Model) -> dict[str, pd.DataFrame]:
@@ -217,6 +220,7 @@ def to_tables(model: Model) -> dict[str, pd.DataFrame]:
         "weighted_patterns": tables.of_symbols(model.weighted, STREAMS),
         "iohmm": tables.of_iohmms(model.iohmms),
         "noise": tables.of_noise(model.noise),
+        "examples": tables.of_examples([(own.record, own.first, own.symbols) for own in model.examples]),
         "rates": pd.DataFrame(rates),
     }
 
@@ -236,6 +240,7 @@ def from_tables(found: Mapping[str, pd.DataFrame]) -> Model:
         tables.symbols_in(found["weighted_patterns"], STREAMS),
         tables.iohmms_in(found["iohmm"]),
         tables.noise_in(found["noise"]),
+        [Example(*own) for own in tables.examples_in(found["examples"])],
         Lags(int(row["melody_lag_frames"]), look_ahead),
         generation.style(int(row["overlap_frames"]), look_ahead, str(row["filters"])),
     )

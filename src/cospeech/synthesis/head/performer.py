@@ -7,9 +7,9 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.synthesis.head.features import MELODY_HZ
-from cospeech.synthesis.head.generation import N_AXES, Generator, patterns_of
+from cospeech.synthesis.head.generation import N_AXES, Generator, Noise, patterns_of
 from cospeech.synthesis.head.model import Model, labeller
-from cospeech.synthesis.head.prediction import MelodyLabeller
+from cospeech.synthesis.head.prediction import Labeller, MelodyLabeller
 from cospeech.synthesis.live import Stream
 
 
@@ -41,9 +41,11 @@ class Resampled:
         if self._step == 1.0:
             self._known, self._made = frames[-1:] if len(frames) else self._known, self._made + len(frames)
             return frames
+        if len(frames) == 0:
+            return frames
         self._known = np.concatenate([self._known, frames])
         last = self._n_spent + len(self._known) - 1
-        n_due = max(self._made, int(np.floor((last + 0.5) / self._step - 0.5)) + 1) if len(self._known) else 0
+        n_due = max(self._made, int(np.floor((last + 0.5) / self._step - 0.5)) + 1)
         found = self._at(n_due)
         spent = max(0, min(len(self._known) - 1, int((n_due + 0.5) * self._step - 0.5) - self._n_spent))
         self._known, self._n_spent = self._known[spent:], self._n_spent + spent
@@ -70,16 +72,17 @@ class Performer:
     Parameters
     ----------
     model : the actor's model.
-    system : name of the system, which predicts head patterns in its own way.
+    labeller : what predicts head patterns from melody patterns.
+    noise : noise of the filters ``kept``.
     stream, seed : what is known of the speech, and the seed of the run.
     """
 
-    def __init__(self, model: Model, system: str, stream: Stream, seed: int) -> None:
-        rng = random_source(seed, system, stream.record)
+    def __init__(self, model: Model, labeller: Labeller, noise: Noise, stream: Stream, seed: int) -> None:
+        rng = random_source(seed, "head", stream.record)
         self._melody = MelodyLabeller(model.stage.melody.hmm, model.lags.melody)
         self._at_frames = AtFrames(model.stage.fps)
-        self._labeller = labeller(model, system)
-        self._generator = Generator(patterns_of(model.stage.head), model.style, model.noise[system], rng)
+        self._labeller = labeller
+        self._generator = Generator(patterns_of(model.stage.head), model.style, noise, rng)
         self._resampled = Resampled(model.stage.fps, stream.motion_fps)
 
     def hear(self, melody: Floats) -> Floats:
@@ -94,3 +97,8 @@ class Performer:
         made = [self._resampled.hear(part) for part in parts]
         made.append(self._resampled.end(n_frames))
         return np.concatenate(made)
+
+
+def begin(model: Model, system: str, stream: Stream, seed: int) -> Performer:
+    """Return the state of ``system`` before anything is heard."""
+    return Performer(model, labeller(model, system), model.noise[system], stream, seed)

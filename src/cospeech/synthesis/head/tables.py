@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
-from cospeech.data.arrays import Floats
+from cospeech.data.arrays import Floats, Integers
 from cospeech.markov.iohmm import IOHMM
 from cospeech.markov.parallel_symbols import SymbolHMM
 from cospeech.synthesis.head.generation import Noise
@@ -99,4 +99,22 @@ def noise_in(table: pd.DataFrame) -> dict[str, Noise]:
     for system, own in table.groupby("system", sort=False):
         values = own["coefficient"].to_numpy(dtype=float).reshape(-1, len(ANGLES)).copy()
         found[str(system)] = Noise(values, own["scale_deg"].to_numpy(dtype=float)[: len(ANGLES)].copy())
+    return found
+
+
+def of_examples(examples: Sequence[tuple[str, int, Integers]]) -> pd.DataFrame:
+    """Return records, first frames and patterns (T, 2) of head and melody as a table of schema ``head_examples``."""
+    parts = []
+    for stretch, (record, first, symbols) in enumerate(examples):
+        frames = {"stretch": stretch, "record": record, "frame": first + np.arange(len(symbols))}
+        parts.append(pd.DataFrame({**frames, "head": symbols[:, 0], "melody": symbols[:, 1]}))
+    return pd.concat(parts, ignore_index=True)
+
+
+def examples_in(table: pd.DataFrame) -> list[tuple[str, int, Integers]]:
+    """Return the examples of ``of_examples``."""
+    found = []
+    for _, own in table.groupby("stretch", sort=False):
+        symbols = np.ascontiguousarray(own[["head", "melody"]].to_numpy(dtype=np.int64))
+        found.append((str(own["record"].iloc[0]), int(own["frame"].iloc[0]), symbols))
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cospeech.data.arrays import Floats
 from cospeech.synthesis.head.model import Model, from_tables, to_tables, train
-from cospeech.synthesis.head.performer import Performer
+from cospeech.synthesis.head.performer import Performer, begin
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.live import Heard, Stream
 
@@ -13,7 +13,7 @@ __all__ = ["end", "from_tables", "start", "step", "to_tables", "train"]
 
 def start(model: Model, stream: Stream, seed: int) -> Performer:
     """Return the state before anything is heard."""
-    return Performer(model, "head_weighted", stream, seed)
+    return begin(model, "head_weighted", stream, seed)
 
 
 def step(state: Performer, heard: Heard) -> Floats:
