@@ -104,6 +104,7 @@ if RECORDS:
     include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
+    include: "workflow/rules/capture_head.smk"
     include: "workflow/rules/corpus.smk"
     include: "workflow/rules/speech.smk"
 

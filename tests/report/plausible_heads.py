@@ -9,8 +9,18 @@ from cospeech.motion import head
 from cospeech.report import systems
 
 PARAMS = {
-    "nods": {"title": "Nodding head", "role": "system", "controls": ["nods_shuffled", "nods_shifted"]},
-    "baseline": {"title": "Baseline", "role": "system", "controls": ["baseline_shuffled", "baseline_shifted"]},
+    "nods": {
+        "title": "Nodding head",
+        "role": "system",
+        "controls": ["nods_shuffled", "nods_shifted"],
+        "source": "4.3",
+    },
+    "baseline": {
+        "title": "Baseline",
+        "role": "system",
+        "controls": ["baseline_shuffled", "baseline_shifted"],
+        "source": "4.4",
+    },
     "nods_shuffled": {"title": "Nodding head: another record's speech", "role": "control"},
     "nods_shifted": {"title": "Nodding head: own speech, shifted", "role": "control"},
     "baseline_shuffled": {"title": "Baseline: another record's speech", "role": "control"},

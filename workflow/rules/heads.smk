@@ -156,8 +156,9 @@ rule head_model:
 # The records whose heads are shown: some of those of a corpus of heads, and one where there are bodies to watch.
 PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
 
-# The heads next to the original: those of all systems, and of the first one under its own speech at the wrong moment.
-LISTENING = [name for name in HEADS_TOGETHER if HEADS[name].role == "system"]
+# The heads next to the original: those of the first systems, and of the first one that hears its speech at the wrong
+# moment.
+LISTENING = [name for name in [*HEADS_TOGETHER, *HEADS_APART] if HEADS[name].role == "system"][:3]
 HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])]
 
 

@@ -277,8 +277,8 @@ def _check_head(record: Record) -> None:
         raise UserError(f"config: record '{name}' has both head and {films[0]}; leave one of them out")
     if films == ["film_right"]:
         raise UserError(f"config: record '{name}' has film_right without film_left; a single film is film_left")
-    if films and not record["film_cameras"]:
+    if len(films) > 1 and not record["film_cameras"]:
         raise UserError(
-            f"config: record '{name}': the cameras of its {'films' if len(films) > 1 else 'film'} must be known; "
-            "name a camera file (TOML of Pose2Sim or caliscope) in film_cameras"
+            f"config: record '{name}': the cameras of its two films must be known; name a camera file (TOML of "
+            "Pose2Sim or caliscope) in film_cameras"
         )

@@ -109,10 +109,15 @@ def _cell(row: Any) -> Cell:
 
 
 def compare(run: Run, numbers: pd.DataFrame, facts: Facts) -> list[Pair]:
-    """Return the published distances of the proposed system and of its baseline next to ours."""
+    """Return the published distances of the proposed system and of its baseline next to ours.
+
+    The proposed one is the first; the baseline is the first that another section describes.
+    """
     own = numbers[numbers["unit"] == "record"].set_index(["system", "measure"])["value"]
+    listening = driven(run.heads)
+    baseline = [system for system in listening if system.source != listening[0].source][:1]
     pairs = []
-    for place, system in enumerate(driven(run.heads)[:2]):
+    for place, system in enumerate([listening[0], *baseline]):
         for measure in PUBLISHED:
             if (system.name, measure) in own.index:
                 what = f"{words.head_measure(measure)}, {system.title}"
