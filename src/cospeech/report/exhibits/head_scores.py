@@ -136,12 +136,13 @@ def differences(run: Run, sessions: pd.DataFrame) -> Drawing:
     own = sessions[sessions["other"].notna() & sessions["lag_s"].isna()].drop(columns="lag_s")
     own = own[own["system"].isin(list(run.heads))].reset_index(drop=True)
     measures = [name for name in HEAD_MEASURES if name in set(own["measure"])]
-    pairs = list(dict.fromkeys(zip(own["system"], own["other"], strict=True)))
-    drawn, axes = style.figure(0.9 + 0.24 * len(pairs), 1, len(measures), sharey=True)
+    labels = _labels(own, systems)
+    places = {key: place for place, key in enumerate(labels)}
+    drawn, axes = style.figure(0.9 + 0.22 * len(labels), 1, len(measures), sharey=True)
     for panel, measure in zip(axes[0], measures, strict=True):
         for unit, width, faint in (("record", 3.2, 0.35), ("minute", 1.1, 1.0)):
             rows = own[(own["measure"] == measure) & (own["unit"] == unit)].dropna(subset=["value"])
-            at = [pairs.index(pair) for pair in zip(rows["system"], rows["other"], strict=True)]
+            at = [places[pair] for pair in zip(rows["system"], rows["other"], strict=True)]
             colours = [_verdict(row, HEAD_MEASURES[measure].better) for _, row in rows.iterrows()]
             panel.hlines(at, rows["low"], rows["high"], colors=colours, lw=width, alpha=faint)
             if unit == "record":
@@ -152,11 +153,21 @@ def differences(run: Run, sessions: pd.DataFrame) -> Drawing:
         style.ticks_off(panel, "y")
         panel.grid(axis="x")
         panel.locator_params(axis="x", nbins=4)
-    axes[0, 0].set_yticks(
-        range(len(pairs)), [f"{systems[one].title} − {systems[other].title}" for one, other in pairs], fontsize=7.5
-    )
-    axes[0, 0].set_ylim(len(pairs) - 0.4, -0.6)
+    axes[0, 0].set_yticks(range(len(labels)), list(labels.values()))
+    for text, (_, other) in zip(axes[0, 0].get_yticklabels(), labels, strict=True):
+        text.set_color(style.FAINT if other else style.INK)
+    axes[0, 0].set_ylim(len(labels) - 0.4, -0.6)
     return Drawing(own, drawn)
+
+
+def _labels(own: pd.DataFrame, systems: Systems) -> dict[tuple[str, str], str]:
+    """Return the labels of the lines: for each system its title, and what is subtracted from it below."""
+    found: dict[tuple[str, str], str] = {}
+    for name, other in zip(own["system"], own["other"], strict=True):
+        title = systems[name].title
+        found.setdefault((name, ""), title)
+        found.setdefault((name, other), f"minus {systems[other].title.removeprefix(f'{title}: ')}")
+    return found
 
 
 def _verdict(row: pd.Series, better: str) -> str:

@@ -74,7 +74,9 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         "headline": _headline(run, config, tables),
         "parts": sections.parts(shown),
         "notes": notes.grouped(tables["records"]),
-        "facts": provenance.facts(config, tables["records"], tables.get("motion_statistics")),
+        "facts": provenance.facts(
+            config, tables["records"], tables.get("motion_statistics"), bool(run.systems), bool(run.heads)
+        ),
         "links": {one.exhibit.name: one.exhibit.files for one in shown},
     }
 
