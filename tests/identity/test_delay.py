@@ -50,6 +50,12 @@ def test_silence_and_still_lips_have_no_delay(still):
     assert delay.find(given._replace(**{still: quiet}), QUICK, 1).doubt == "voice or lips do not change"
 
 
+def test_a_delay_with_a_wide_interval_is_not_told():
+    found = delay.find(speaking(5, 0), QUICK, 1)
+    assert found.doubt is None
+    assert "too uncertain, -40 to +70 ms" in found._replace(low_s=-0.04, high_s=0.07).doubt
+
+
 def test_clips_that_are_too_short_have_no_delay():
     given = planted.population(1, True, speakers=2, repetitions=2, others=0)
     assert "there are only 0 pieces" in delay.find(given, QUICK, 1).doubt

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cospeech.commands.identity import place
+from cospeech.errors import UserError
 
 if TYPE_CHECKING:
     from cospeech.commands.parser import Parser
@@ -14,14 +15,19 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Say how far the sound and the lips of films are apart, with the uncertainty.
 
-A face must be seen speaking for some seconds. A positive delay means that the
-sound comes late. The answer is that it cannot be told if nobody speaks, if the
-lips do not move, or if the lips fit any other part of the sound as well."""
+A face must be seen speaking for ten seconds or more, the longer the better. A
+positive delay means that the sound comes late. The answer is that it cannot be
+told if nobody speaks, if the lips do not move, if the lips fit any other part
+of the sound as well, or if the interval is wider than 0.1 s."""
 
 EPILOG = """\
 examples:
   cospeech sync interview.mp4
   cospeech sync *.mp4 --longest 0.5"""
+
+
+REGULARISATION = 1.0
+"""Of the covariances: some seconds of film have few independent frames for so many features."""
 
 
 def add(commands: argparse._SubParsersAction[Parser]) -> None:
@@ -59,10 +65,16 @@ def run(arguments: argparse.Namespace) -> int:
     from cospeech.commands import clips
     from cospeech.identity import delay
 
+    settings = delay.Settings(longest_s=arguments.longest, regularisation=REGULARISATION)
     for film in arguments.films:
-        found = delay.find(
-            clips.of_films([film], arguments.mouth), delay.Settings(longest_s=arguments.longest), seed=0
-        )
+        if not film.is_file():
+            raise UserError(f"{film}: no such file; correct the path")
+    for film in arguments.films:
+        try:
+            found = delay.find(clips.of_films([film], arguments.mouth), settings, seed=0)
+        except UserError as error:
+            print(f"{film}: cannot be told: {str(error).removeprefix(f'{film}: ')}", flush=True)
+            continue
         low, high = 1000 * found.low_s, 1000 * found.high_s
         said = (
             f"cannot be told: {found.doubt}"

@@ -28,6 +28,9 @@ FEWEST_PIECES = 4
 GROUPS = 20
 """Number of groups of consecutive pieces that the bootstrap draws, or of pieces if there are fewer."""
 
+WIDEST_S = 0.1
+"""Widest interval of a delay that is reported, in seconds."""
+
 SIGNIFICANT = 0.05
 """Greatest p-value at which a delay is reported."""
 
@@ -84,6 +87,9 @@ class Delay(NamedTuple):
             return f"wrong pairings of voice and lips agree as well (p = {self.p_value:.2f})"
         if np.argmax(self.measure) in (0, len(self.measure) - 1):
             return f"it is at least {abs(self.delay_s):.2f} s, the longest that was tried"
+        if self.high_s - self.low_s > WIDEST_S:
+            low, high = 1000.0 * self.low_s, 1000.0 * self.high_s
+            return f"it is too uncertain, {low:+.0f} to {high:+.0f} ms; more speech is needed"
         return None
 
 
