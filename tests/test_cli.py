@@ -35,7 +35,17 @@ def exit_of(*arguments):
 def test_help_lists_every_command_and_each_explains_its_options(capsys):
     assert exit_of("--help") == 0
     overview = capsys.readouterr().out
-    assert re.findall(r"^    (\w+) +\w", overview, re.MULTILINE) == ["synthesize", "live", "library", *COMMANDS]
+    assert re.findall(r"^    (\w+) +\w", overview, re.MULTILINE) == [
+        "synthesize",
+        "live",
+        "library",
+        "view",
+        "convert",
+        "retarget",
+        "identity",
+        "sync",
+        *COMMANDS,
+    ]
     assert max(map(len, overview.splitlines())) <= 80
     for command in COMMANDS:
         assert exit_of(command, "--help") == 0
