@@ -18,7 +18,7 @@ PACKAGE = code_hash.PACKAGE
 ROOT = PACKAGE.parents[1]
 DRAWING = Path(__file__).with_name("package.svg")
 
-ENTRY_POINTS = ("api", "cli", "commands", "live", "scripts")
+ENTRY_POINTS = ("api", "cli", "commands", "live", "viewer", "scripts")
 """What may import several rooms; ``scripts`` is the folder of that name next to ``src``."""
 
 ROOMS = (

@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 import cospeech
-from cospeech.commands import library, live, synthesize, workflow
+from cospeech.commands import convert, identity, library, live, retarget, sync, synthesize, view, workflow
 from cospeech.commands.parser import Parser
 from cospeech.errors import UserError
 
-COMMANDS = (synthesize, live, library, workflow)
+COMMANDS = (synthesize, live, library, view, convert, retarget, identity, sync, workflow)
 
 DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestures for speech."
 
@@ -23,6 +23,7 @@ EXAMPLES = """\
 examples:
   cospeech synthesize speech.wav        gestures for your own speech, as BVH and
                                         as video
+  cospeech view walk.bvh speech.wav     watch them in 3D
   cospeech live --microphone            gestures while you speak, for an avatar
   cospeech report                       run the demo and write its report
   cospeech report --config mine.yaml    the same for your own corpus

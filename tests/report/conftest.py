@@ -5,14 +5,19 @@ import types
 import av
 import numpy as np
 import plausible
+import plausible_heads
 import pytest
 import yaml
 from PIL import Image
 
 from cospeech.data import tables
 from cospeech.evaluation import motion, motion_quality, recovery, sessions
+from cospeech.motion import library
+from cospeech.motion.body import STANDARD
 from cospeech.report import exhibits as exhibits_of_report
 from cospeech.report import systems as reported
+from cospeech.viewer import page as viewer
+from cospeech.viewer import takes
 from cospeech.workflow import job
 
 ROOT = plausible.ROOT
@@ -30,6 +35,8 @@ NAMES = {
     "pictured": [plausible.SYSTEMS[name] for name in PICTURED],
     "in_timeline": [plausible.SYSTEMS[name] for name in IN_TIMELINE],
     "third_party": [],
+    "first_head": [plausible_heads.SYSTEMS[plausible_heads.SHOWN[0]]],
+    "shown_head": [plausible_heads.SYSTEMS[name] for name in plausible_heads.SHOWN],
     "setting": ["clusters~8/states~3"],
 }
 ABOUT_RUN = {
@@ -38,6 +45,8 @@ ABOUT_RUN = {
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
     "main": {"clusters": 8, "states": 3},
+    "heads": plausible_heads.PARAMS,
+    "shown_heads": plausible_heads.SHOWN,
 }
 
 
@@ -133,12 +142,18 @@ def tables_of_a_run(tmp_path_factory):
     session_scores = sessions.session_scores(scores, plausible.BOOTSTRAP)
     run.write(session_scores, "evaluation/session_scores.parquet", "session_scores")
     differences = sessions.differences(scores, main, plausible.BOOTSTRAP)
+    run.write(scores, "evaluation/record_scores.parquet", "record_scores")
     run.write(differences, "evaluation/differences.parquet", "differences")
     motions = {}
     for place, system in enumerate((motion.ORIGINAL, *PICTURED, "random")):
         for number, record in enumerate(plausible.ACTORS):
             rng = np.random.default_rng([place, number])
             motions[system, record] = plausible.motion(record, 1 - 0.1 * place, rng)
+    for record in plausible.ACTORS:
+        moved = takes.Articulated(STANDARD, library.from_motion(motions[motion.ORIGINAL, record]))
+        shown = takes.Take(record, [takes.Version("Original", moved, 20.0, actual[record], skinned=True)])
+        (run.reports / "viewer").mkdir(parents=True, exist_ok=True)
+        (run.reports / f"viewer/{record}.js").write_text(viewer.take_script(f"viewer/{record}.js", shown))
     statistics, histograms = motion.statistics(motions, plausible.ACTORS, 40)
     run.write(statistics, "evaluation/motion_statistics.parquet", "motion_statistics")
     run.write(histograms, "evaluation/motion_histograms.parquet", "motion_histograms")
@@ -160,7 +175,16 @@ def tables_of_a_run(tmp_path_factory):
                 run.write(table, f"synthesis/controller_offline/main/{record}/{name}.parquet", schema)
     for name, (table, schema) in plausible.body_language().items():
         run.write(table, f"synthesis/bodylanguage/main/ada_1/{name}.parquet", schema)
-    for name in ("animation/stills", "animation/strip", "capture/rig"):
+    for path, (table, schema) in plausible_heads.results(plausible.ACTORS).items():
+        run.write(table, path, schema)
+    pictures = (
+        "animation/stills",
+        "animation/strip",
+        "capture/rig",
+        "animation/head_patterns",
+        "animation/ada_1/heads",
+    )
+    for name in pictures:
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"{name}.png")
     return run
 
@@ -196,6 +220,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
     if "transplant" in met:
         transplanted = {"section": "voice", "group": "transplant", "title": "ada_1 and the model of deniz"}
         clips["transplant/deniz/ada_1/comparison.mp4"] = transplanted
+    viewed = list(plausible.ACTORS) if "motion" in met else []
     output = run.reports / name
     run.script(
         "page",
@@ -205,6 +230,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
             "captions": [str(TEMPLATE / f"captions/{exhibit.name}.rst") for exhibit in shown],
             "exhibits": [str(run.reports / path) for exhibit in shown for path in exhibit.files],
             "videos": [run.path(path) for path in clips],
+            "viewer": [str(run.reports / f"viewer/{record}.js") for record in viewed],
         },
         output=Named(page=str(output)),
         config=config,
@@ -214,6 +240,7 @@ def make_page(run, name, *, met=EVERY_CONDITION, corpus=None, failed=()):
             clip | {"description": "side by side", "link": f"../../results/made_up/{path}"}
             for path, clip in clips.items()
         ],
+        viewer=viewed,
         absent=exhibits_of_report.absent(met),
         failed=list(failed),
     )
@@ -229,4 +256,4 @@ def virtual_page(exhibits):
 def real_page(exhibits):
     corpus = {"source": "recorded", "name": "beat2"}
     failed = [{"system": "nodding", "message": "system 'nodding' of package 'nods': ImportError: no module 'neck'"}]
-    return make_page(exhibits, "real.html", met=["sweep", "two_actors"], corpus=corpus, failed=failed)
+    return make_page(exhibits, "real.html", met=["phrases", "sweep", "two_actors"], corpus=corpus, failed=failed)

@@ -34,7 +34,7 @@ class Reader(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if self.open and self.open[-1] not in ("style", "title"):
+        if self.open and self.open[-1] not in ("style", "title", "script"):
             self.words.append(data)
 
     @property
@@ -58,9 +58,10 @@ def real(real_page):
 def test_nothing_is_loaded_from_elsewhere(virtual_page, real_page):
     for text in (virtual_page, real_page):
         plain = re.sub(r'xmlns(:\w+)?="http://www\.w3\.org/[^"]+"', "", text)
+        plain = plain.replace('"http://www.w3.org/1999/xhtml"', "")  # the name of a language, in three.js
         assert "http:" not in plain
         assert "https:" not in plain
-        assert "<script" not in plain
+        assert "<script src" not in plain
         assert "@import" not in plain
         for address in re.findall(r'(?:src|poster)="([^"]{0,40})', plain):
             assert address.startswith("data:")

@@ -5,6 +5,7 @@ The same images and sound give the same bytes: there is one encoder thread, and 
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -86,6 +87,16 @@ def encode(path: str | Path, images: Iterator[Image], fps: float, sound: tuple[S
         film.mux(picture_stream.encode(None))
         if sound_stream:
             film.mux(sound_stream.encode(None))
+
+
+def encode_sound(samples: Samples, rate: int) -> bytes:
+    """Return an MP4 file with sound alone (AAC), of mono samples (n,) at ``rate`` Hz, one of ``AAC_RATES_HZ``."""
+    target = io.BytesIO()
+    with av.open(target, "w", format="mp4", options={"fflags": "+bitexact"}) as file:
+        stream = file.add_stream("aac", rate=rate, bit_rate=SOUND_BIT_RATE, layout="mono")
+        file.mux(stream.encode(_sound_frame(np.ascontiguousarray(samples, dtype=np.float32), rate, 0)))
+        file.mux(stream.encode(None))
+    return target.getvalue()
 
 
 def _planes(height: int, width: int) -> tuple[Image, tuple[Image, Image, Image]]:
