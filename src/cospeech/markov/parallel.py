@@ -104,12 +104,12 @@ def unclamped(n_branches: int) -> Clamp:
     return Clamp(np.ones((0, n_branches), dtype=bool), np.zeros(0, dtype=np.int8))
 
 
-def _flat(values: Floats) -> Floats:
+def flat(values: Floats) -> Floats:
     """Return (M, N, ...) as (N * M, ...)."""
     return np.ascontiguousarray(np.swapaxes(values, 0, 1)).reshape(-1, *values.shape[2:])
 
 
-def _by_branch(values: Floats, n_branches: int) -> Floats:
+def by_branch(values: Floats, n_branches: int) -> Floats:
     """Return (N * M, ...) as (M, N, ...)."""
     return np.ascontiguousarray(np.swapaxes(values.reshape(-1, n_branches, *values.shape[1:]), 0, 1))
 
@@ -128,9 +128,9 @@ class Packed(NamedTuple):
 
 def _packed(model: ParallelHMM) -> Packed:
     pivot = model.mean.reshape(-1, model.mean.shape[-1]).mean(axis=0)
-    variance, stay = _flat(model.variance), _flat(model.stay)
+    variance, stay = flat(model.variance), flat(model.stay)
     weight = np.sqrt(0.5 / np.log(2.0) / variance)
-    shift = (_flat(model.mean) - pivot) * weight
+    shift = (flat(model.mean) - pivot) * weight
     constant = -0.5 * np.log2(2 * np.pi * variance).sum(axis=1)
     return Packed(model.entry, stay, 1.0 - stay, weight, shift, constant, pivot)
 
@@ -188,6 +188,20 @@ def _states(vectors: Floats, n_branches: int) -> Floats:
 
 def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
     return clamps if clamps is not None else [unclamped(len(model.entry))] * len(sequences)
+
+
+class Densities:
+    """The log densities of frames in all states; the parameters are prepared once."""
+
+    def __init__(self, model: ParallelHMM) -> None:
+        self._packed = _packed(model)[3:]
+        self._n_states = model.stay.size
+
+    def of(self, frames: Floats) -> Floats:
+        """Return the natural log densities (T, S) of frames (T, D); state s = n * M + m is the n-th of branch m."""
+        found = np.empty((len(frames), self._n_states))
+        parallel_exact.fill_log_densities(frames, *self._packed, found)
+        return found
 
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
@@ -282,9 +296,9 @@ def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
     seen = occupied[:, None]
     return ParallelHMM(
         counts.entered / counts.entered.sum(),
-        _by_branch(np.where(moved, stay, _flat(model.stay)), n_branches),
-        _by_branch(np.where(seen, counts.pivot + shift, _flat(model.mean)), n_branches),
-        _by_branch(np.where(seen, variance, _flat(model.variance)), n_branches),
+        by_branch(np.where(moved, stay, flat(model.stay)), n_branches),
+        by_branch(np.where(seen, counts.pivot + shift, flat(model.mean)), n_branches),
+        by_branch(np.where(seen, variance, flat(model.variance)), n_branches),
     )
 
 
@@ -358,10 +372,14 @@ def beta(model: ParallelHMM, sequences: list[Floats], paths: list[Path]) -> floa
 
     See Sargin 2006, 4.15-4.16. It is NaN for a model with one branch.
     """
-    if len(model.entry) < 2:
+    pairs = zip(sequences, paths, strict=True)
+    found = [branch_log_likelihoods(model, frames, path.begins) for frames, path in pairs]
+    return separation(found, sum(len(frames) for frames in sequences))
+
+
+def separation(log_likelihoods: list[Floats], n_frames: int) -> float:
+    """Return beta of sequences whose segments have the log-likelihoods (L, M) under the branches."""
+    if log_likelihoods[0].shape[1] < 2:
         return np.nan
-    total = 0.0
-    for frames, path in zip(sequences, paths, strict=True):
-        ranked = np.sort(branch_log_likelihoods(model, frames, path.begins), axis=1)
-        total += float((ranked[:, -1] - ranked[:, -2]).sum())
-    return total / sum(len(frames) for frames in sequences)
+    ranked = np.sort(np.concatenate(log_likelihoods), axis=1)
+    return float((ranked[:, -1] - ranked[:, -2]).sum()) / n_frames
