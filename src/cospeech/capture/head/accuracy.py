@@ -44,7 +44,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Trial:
-    """The motion of a head: its angles (T, 3) in degrees, and how far eyes are shut and the mouth open (T,), 0 to 1."""
+    """The motion of a head: angles (T, 3) in degrees, and how far the eyes are shut and the mouth is open (T,)."""
 
     angles_deg: Floats
     blink: Floats

@@ -54,8 +54,8 @@ def cameras(films: Sequence[str], calibration: str | None, focal_px: float | Non
         return [by_name[Path(film).stem] for film in films]
     if len(known) != len(films):
         raise UserError(
-            f"{calibration}: {len(known)} cameras for {len(films)} film{'s' * (len(films) > 1)}; name each film after "
-            f"its camera ({', '.join(by_name)})"
+            f"{calibration}: {len(known)} cameras for {len(films)} film{'s' * (len(films) > 1)}; name each film "
+            f"after its camera ({', '.join(by_name)})"
         )
     left = optics.rectified(known)[1] if len(known) == 2 else 0
     return [known[left], *known[:left], *known[left + 1 :]]
