@@ -99,6 +99,17 @@ def captured(actors):
     return pd.DataFrame(parts)
 
 
+def accuracy():
+    rows = []
+    for width_px in (320, 640):
+        for flow in ("warped", "printed"):
+            for axis, mean in (("x", 0.3), ("y", 0.5), ("z", 0.2)):
+                film = {"width_px": width_px, "contrast": 1.0, "noise": 2.0, "flow": flow, "depth": "disparity"}
+                errors = {"mean_deg": mean, "max_deg": 3 * mean, "share_lost": 0.0, "n_frames": 36}
+                rows.append(film | {"axis": axis} | errors)
+    return pd.DataFrame(rows)
+
+
 def results(actors):
     """Tables by path, with their schemas, as a run leaves them for its report."""
     first = next(iter(actors))
@@ -111,4 +122,5 @@ def results(actors):
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
         "evaluation/head_recovery.parquet": (recovery(actors), "head_recovery"),
         "evaluation/head_capture.parquet": (captured(actors), "head_capture"),
+        "capture/head/accuracy.parquet": (accuracy(), "head_accuracy"),
     }

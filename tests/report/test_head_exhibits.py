@@ -75,6 +75,13 @@ def test_errors_of_capture_are_means_and_maxima_over_records():
     assert table.rows[-1][1] == "1.7 %, 0.6 %"
 
 
+def test_the_accuracy_of_capture_is_that_of_the_worst_axis():
+    table = heads.accuracy_table(RUN, heads.accuracy(RUN, plausible_heads.accuracy()).numbers)
+    assert len(table.rows) == 4
+    assert table.rows[1][:5] == ["320 pixels", "1", "2", "stereo", "as printed"]
+    assert table.rows[0][5:] == ["0.50", "1.50", "0 %"]
+
+
 def test_planted_and_found_lags_stand_side_by_side():
     drawn = heads.recovered(RUN, plausible_heads.recovery(plausible.ACTORS))
     table = heads.recovery_table(RUN, pd.DataFrame(drawn.numbers))

@@ -104,6 +104,7 @@ SOURCES = {
     "pattern_poses": Source("animation/head_patterns.png"),
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
+    "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
@@ -310,6 +311,10 @@ EXHIBITS = (
     Exhibit(
         "table-head-capture", "head", "head:captured", figure=False,
         sources={"errors": "head_capture"}, needs=("filmed_heads",), show="head:captured_table",
+    ),
+    Exhibit(
+        "table-head-accuracy", "head", "head:accuracy", figure=False,
+        sources={"errors": "head_accuracy"}, needs=("filmed_heads",), show="head:accuracy_table",
     ),
     Exhibit(
         "fig-head-recovery", "head", "head:recovered",
