@@ -99,6 +99,29 @@ def captured(actors):
     return pd.DataFrame(parts)
 
 
+def curves():
+    rows = []
+    for stream in ("head", "melody", "joint"):
+        for n in range(2, 9):
+            fitness = {
+                "alpha": -5.0 + 0.3 * n,
+                "beta": 1.0 / n,
+                "bic": 10.0 + abs(n - 5),
+                "stability": 1.0 - 0.05 * n,
+            }
+            rows.append({"stream": stream, "n_patterns": n} | fitness)
+    return pd.DataFrame(rows)
+
+
+def generation():
+    rng = np.random.default_rng(5)
+    parts = []
+    for stage in ("drawn", "median", "printed", "kept"):
+        table = head.table(rng.normal(0.0, 5.0, (120, 3)), 30.0).drop(columns="frame")
+        parts.append(table.assign(stage=stage, pattern=np.repeat(["g1", "g2", "g3"], 40)))
+    return pd.concat(parts, ignore_index=True)
+
+
 def accuracy():
     rows = []
     for width_px in (320, 640):
@@ -117,6 +140,8 @@ def results(actors):
     found |= {f"synthesis/{name}/main/{first}/head.parquet": (angles(k + 1), "head") for k, name in enumerate(SHOWN)}
     place = f"synthesis/{SHOWN[0]}/main/{first}"
     return found | {
+        f"{place}/curves.parquet": (curves(), "head_curves"),
+        f"{place}/generation.parquet": (generation(), "head_generation"),
         f"{place}/head_patterns.parquet": (patterns(head.COLUMNS, "g"), "hmm_model"),
         f"{place}/melody_patterns.parquet": (patterns(["pitch", "d_pitch", "intensity"], "r"), "hmm_model"),
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
