@@ -40,16 +40,15 @@ try:
     RESULTS = f"results/{config['run']}"
     REPORTS = f"reports/{config['run']}"
     VIRTUAL = config["corpus"]["source"] == "studio"
+    IDENTIFIES = configuration.identifies(config)
     run_lock.check_writable(Path())
     paths.plain(workflow.basedir, "the folder of cospeech")
     capture_takes.check_paths(config)
-    RECORDS = record_list.records(config, RESULTS)
+    RECORDS = {} if IDENTIFIES else record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
-    CHOSEN = registered(
-        config["synthesis"]["systems"], VIRTUAL, BRINGS | ({"syllables"} if "audio" in BRINGS else set())
-    )
+    CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL, record_list.offers(BRINGS))
     configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
@@ -57,8 +56,8 @@ except UserError as error:
     raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
-    for failure in [*CHOSEN.failures, *(CHOSEN.left_out if RECORDS else [])]:
-        progress.write_line(f"cospeech: {failure.message}")
+    for message in CHOSEN.messages() if RECORDS else [failure.message for failure in CHOSEN.failures]:
+        progress.write_line(f"cospeech: {message}")
 
 # The takes that come as films, one of each camera of the rig.
 FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
@@ -69,7 +68,9 @@ VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
 MAIN = settings.main_setting(config)
 SWEEP = settings.sweep_settings(config)
-SYSTEMS = CHOSEN.systems
+# Systems that plan gesture phrases or move the body, and those that move the head alone.
+SYSTEMS = {name: system for name, system in CHOSEN.systems.items() if system.makes != "head"}
+HEADS = {name: system for name, system in CHOSEN.systems.items() if system.makes == "head"}
 
 
 def one_of(names):
@@ -84,30 +85,51 @@ wildcard_constraints:
     record=one_of(RECORDS),
     fold=one_of(RECORDS),
     actor=one_of(ACTORS),
-    system="|".join(SYSTEMS),
+    system="|".join(SYSTEMS) or "none",
 
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/calibration.smk"
 
 
-# Without records a run calibrates a rig, and nothing else.
+# Without records a run identifies speakers, or it calibrates a rig, and nothing else.
 MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
+
+# The records whose heads were filmed, and the heads that are shown.
+FILMED_HEADS = [record for record, given in RECORDS.items() if given["film_left"]]
+HEADS_SHOWN, PORTRAYED = [], []
 
 if RECORDS:
 
     include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
+    include: "workflow/rules/capture_head.smk"
     include: "workflow/rules/corpus.smk"
     include: "workflow/rules/speech.smk"
-    include: "workflow/rules/segmentation.smk"
-    include: "workflow/rules/synthesis.smk"
-    include: "workflow/rules/rendering.smk"
-    include: "workflow/rules/models.smk"
-    include: "workflow/rules/evaluation.smk"
+
+    # Where systems move nothing but heads, nobody looks for gesture phrases.
+    if SYSTEMS:
+
+        include: "workflow/rules/animated.smk"
+        include: "workflow/rules/segmentation.smk"
+        include: "workflow/rules/synthesis.smk"
+        include: "workflow/rules/rendering.smk"
+        include: "workflow/rules/models.smk"
+        include: "workflow/rules/evaluation.smk"
+
+    if HEADS:
+
+        include: "workflow/rules/heads.smk"
     include: "workflow/rules/report.smk"
     include: "workflow/rules/report_capture.smk"
+
+
+if IDENTIFIES:
+
+    include: "workflow/rules/identity_features.smk"
+    include: "workflow/rules/identity.smk"
+    include: "workflow/rules/report_identity.smk"
 
 
 localrules:
@@ -117,6 +139,7 @@ localrules:
     markers,
     calibration,
     quality,
+    survey,
     libraries,
     models,
     verify,
@@ -167,6 +190,11 @@ rule quality:
         expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
 
 
+rule survey:
+    input:
+        expand(f"{RESULTS}/survey/{{record}}", record=RECORDS if "motion" in BRINGS else []),
+
+
 rule verify:
     params:
         results=RESULTS,
@@ -203,15 +231,15 @@ onstart:
         # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
-    if RECORDS and SHORTEST_S is not None and any(name.startswith("systems") for name in planned):
+    if RECORDS and SHORTEST_S is not None and any(name.startswith(("systems", "heads")) for name in planned):
         for line in short_records.lines(config, RECORDS, SHORTEST_S):
             progress.write_line(f"cospeech: {line}")
-    if VIRTUAL:
+    if VIRTUAL and RECORDS:
         progress.tell(time_estimate.line(planned, config, len(VIEWS), len(SWEEP), workflow.cores))
 
 
 onsuccess:
-    if RECORDS:
+    if RECORDS or IDENTIFIES:
         write_seconds()
     write_manifest()
     progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))

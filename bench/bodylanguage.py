@@ -90,15 +90,13 @@ def trained(minutes: float, members: int, mode: str, rng: np.random.Generator) -
 
 
 @njit
-def updates(sections: Any, rules: Any, beliefs: Any, memory: Any, pose: Any, observations: Any, desired: Any) -> None:
+def updates(known: Any, rules: Any, used: Any, frame: Any, pose: Any, observations: Any, desired: Any) -> None:
     """Make the decisions of observations, one call for each as in live use."""
     passed_s = np.full(1, 0.14)
     for k in range(len(observations)):
-        memory.used[0] = 0
-        memory.frame[:] += 3
-        player_kernels.advance(
-            sections, rules, beliefs, memory, pose, observations[k : k + 1], passed_s, False, desired
-        )
+        used[0] = 0
+        frame[:] += 3
+        player_kernels.advance(known, rules, pose, observations[k : k + 1], passed_s, False, desired)
 
 
 def best_us(function: Callable[[], None], n: int, times: int = 5) -> float:
@@ -147,10 +145,10 @@ def main() -> None:
             state = proposed.start(learnt, Stream("new", FRAME_S, FPS), 0)
             observations = np.random.default_rng(2).choice([3, 4, 6, 12, 15], UPDATES)
             given = (
-                state.sections,
+                state._state,
                 state._rules,
-                state.beliefs,
-                state.memory,
+                state.memory.used,
+                state.memory.frame,
                 state._blender.pose,
                 observations,
                 state._desired,

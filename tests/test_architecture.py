@@ -52,8 +52,8 @@ def test_systems_import_the_interface_and_not_one_another(path):
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=name)
-def test_scripts_import_rooms_foundations_and_the_api(path):
-    assert imported(path) <= ROOMS | FOUNDATIONS | {"api"}
+def test_scripts_import_rooms_foundations_the_api_and_the_viewer(path):
+    assert imported(path) <= ROOMS | FOUNDATIONS | {"api", "viewer"}
 
 
 @pytest.mark.parametrize("path", MODULES + SCRIPTS, ids=name)

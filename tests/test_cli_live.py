@@ -203,6 +203,8 @@ def test_what_was_wrong_with_the_sound_is_said(call):
         (("--record", "a.fbx"), "a.fbx: the name of a recording ends in .bvh or .parquet"),
         (("--record", "b.bvh", "--record", "old.bvh"), "old.bvh: already exists"),
         (("--style", "energetic=0.7"), "'hsmm_sampled' of this model has no styles and no keywords"),
+        (("--keys",), "--keys: the model has no keywords and no styles"),
+        (("--keywords-from", "pocketsphinx"), "--keywords-from pocketsphinx: the model has no keywords"),
         (("--vmc", "no.such.host.invalid:1"), "--vmc no.such.host.invalid:1: no such host"),
         (("--recover", "none.bvh.recording"), "none.bvh.recording: cannot be read"),
     ],

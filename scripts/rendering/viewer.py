@@ -2,7 +2,7 @@
 
 from cospeech.data import tables
 from cospeech.formats import audio
-from cospeech.motion import library, skeleton
+from cospeech.motion import head, library, skeleton
 from cospeech.motion.body import STANDARD
 from cospeech.viewer import page, takes
 from cospeech.viewer.voice import CURVE_S, voice
@@ -16,14 +16,18 @@ def version(title, motion, phrases, shown):
 
 with job.run(snakemake) as work:
     given, record = work.params, work.wildcards.record
-    motions = [work.read(path, "motion") for path in work.input.motions]
+    angles = work.read(work.input.head, "head") if work.input.head else None
+    motions = head.moved_where([work.read(path, "motion") for path in work.input.motions], given["headless"], angles)
     phrases = [work.read(path, "segments") for path in work.input.phrases]
     versions = [
         version(*one)
         for one in zip(given["titles"], motions, phrases, given["shown"], strict=True)
         if not one[1].empty  # not the systems that failed
     ]
-    heard = voice(audio.read(work.input.audio).samples) if work.input.get("audio") else None
+    heard = None
+    if work.input.audio:
+        f0_hz = work.read(work.input.pitch, "pitch")["f0_hz"].to_numpy(dtype=float)
+        heard = voice(audio.read(work.input.audio).samples, f0_hz)
     sound = (heard.encoded, heard.duration_s, heard.curves) if heard else (None, 0.0, {})
     take = takes.Take(record, versions, *sound, CURVE_S)
     with tables.replacing(work.output.script) as path:

@@ -1,5 +1,6 @@
 """Simulate what an actor's records would give without sound: prosody, syllables, gesture phrases, and motion."""
 
+from cospeech.motion import head
 from cospeech.studio import features, motion, performance, scenes, voice
 from cospeech.workflow import job
 
@@ -13,6 +14,10 @@ with job.run(snakemake) as work:
         raw = f"{work.output.features}/{record}"
         work.write(speech.prosody, f"{raw}.prosody.parquet", "prosody")
         work.write(speech.syllables, f"{raw}.syllables.parquet", "syllables")
+        if scene.heads is not None:
+            angles = performance.head_angles(given["actor"], scene, given["head_fps"], seed)
+            work.write(features.melody(record, scene, base_hz, seed), f"{raw}.melody.parquet", "melody")
+            work.write(head.table(angles, given["head_fps"]), f"{raw}.head.parquet", "head")
         if given["motion_fps"] is None:
             work.write(scene.gestures, f"{raw}.gestures.parquet", "segments")
         else:

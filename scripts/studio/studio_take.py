@@ -4,7 +4,8 @@ import soundfile
 
 from cospeech.data import tables
 from cospeech.formats import bvh
-from cospeech.studio import motion, performance, scenes, voice
+from cospeech.motion import head
+from cospeech.studio import motion, performance, scenes, talking, voice
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
@@ -26,3 +27,5 @@ with job.run(snakemake) as work:
     bvh.write(motion.with_sensor_noise(moved, work.params["motion_noise_deg"], record, seed), work.output.bvh)
     work.write(moved, work.output.motion, "motion")
     work.write(prosody, work.output.prosody, "planted_prosody")
+    if work.params["heads"]:
+        work.write(talking.poses(head.angles(moved), fps, record, seed), work.output.head, "head_pose")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from cospeech.data import tables as files
-from cospeech.evaluation import hand_speed
+from cospeech.evaluation import motion_scores
 from cospeech.markov import labelled_hmm
 from cospeech.motion import skeleton
 from cospeech.segmentation import gesture
@@ -49,6 +49,7 @@ with job.run(snakemake) as work:
         streams, record, actor.frame_s, given["seed"], Wrong(**given["wrong"]), fps, len(motions.get(record, ()))
     )
     gesture_model = labelled_hmm.from_table(work.read(work.input.model, "hmm_model")) if work.input.model else None
+    spoken = work.read(work.input.spoken, "syllables") if work.input.spoken else None
     planned, seen, scores, failures = [], [], [], []
     for system in map(installed, given["systems"]):
         draws = (session.attempt if given["apart"] else session.synthesise)(system, driving)
@@ -66,7 +67,8 @@ with job.run(snakemake) as work:
                 phrases = gesture.unconstrained_phrases(gesture_model, record, motion)
                 seen.append(phrases.assign(**named, draw=draw))
             ends = {key: given["wrong"][key] for key in ("head_s", "tail_s")}
-            scores.append(hand_speed.scores(named | {"record": record}, motions[record], made, **ends))
+            named |= {"record": record}
+            scores.append(motion_scores.table(named, motions[record], made, spoken, **ends))
         decoding = pd.concat([made.decoding for made in draws]) if draws else files.empty("decoding")
         work.write(decoding, f"{folder}/decoding.parquet", "decoding")
         failure = first.decoding["failure"].iloc[0] if first else None

@@ -170,7 +170,7 @@ def test_planned_phrases_are_not_compared_with_phrases_seen_in_motion():
 
 
 def test_tables_obey_their_schemas_and_survive_the_file(tmp_path):
-    rows = scored()
+    rows = scored().assign(recorded=np.nan)
     found = {
         "record_scores": rows,
         "session_scores": sessions.session_scores(rows, BOOTSTRAP),

@@ -84,3 +84,29 @@ def test_smoothing_brings_noisy_points_nearer_to_the_truth(seed):
     points = truth + np.random.default_rng(seed).normal(0, 1e-3, truth.shape)
     smoothed, _ = kalman.smooth(points, np.full(100, 1e-3), 20, 5.0)
     assert np.mean((smoothed - truth) ** 2) < 0.6 * np.mean((points - truth) ** 2)
+
+
+def test_the_model_of_angles_is_the_dense_gaussian_estimate():
+    """The filter uses the frames up to its own, the smoother all of them."""
+    draw = np.random.default_rng(1)
+    values = np.cumsum(draw.normal(0, 1, (12, 3)), axis=0)
+    values[[4, 5]] = np.nan
+    transition, noise = kalman.difference_model(0.1, 0.4)
+    variances, start = draw.uniform(0.1, 0.5, 12), np.diag([25.0, 4.0])
+    filtered, smoothed, sd = kalman.filter_and_smooth(values, variances, transition, noise, start)
+    blocks = [np.linalg.matrix_power(transition, t) for t in range(12)]
+    whole = np.zeros((24, 24))
+    for t in range(12):
+        for u in range(12):
+            shared = blocks[t] @ start @ blocks[u].T
+            for k in range(1, min(t, u) + 1):
+                shared = shared + blocks[t - k] @ noise @ blocks[u - k].T
+            whole[2 * t : 2 * t + 2, 2 * u : 2 * u + 2] = shared
+    whole = whole[::2, ::2]  # of the values: [I 0] observes them
+    for t in range(12):
+        for result, seen in ((filtered, np.arange(t + 1)), (smoothed, np.arange(12))):
+            seen = seen[np.isfinite(values[seen, 0])]
+            gain = np.linalg.solve(whole[np.ix_(seen, seen)] + np.diag(variances[seen]), whole[seen, t])
+            np.testing.assert_allclose(result[t], gain @ values[seen], atol=1e-8)
+            left = whole[t, t] - gain @ whole[seen, t]
+        assert sd[t] == pytest.approx(np.sqrt(left), abs=1e-8)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
+
 import numpy as np
 
 from cospeech.errors import UserError
 from cospeech.synthesis.declaration import System
+from cospeech.synthesis.live import Controls
 
 SYSTEM = System(
     name="nods", title="Nods", method="cospeech.synthesis.nods", needs=("syllables",), makes="motion", live=True
@@ -26,13 +29,15 @@ class Method:
     def end(self, state, speech):
         return self._frames(state, speech.n_motion_frames)
 
-    def control(self, state, name, value):
+    def controls(self, model):
+        return Controls(("left", "right"), ("energetic",))
+
+    def prepare(self, state, name, value):
         if name == "keyword":
-            state["words"].append(value)
-        elif name == "style:energetic":
-            state["energy"] = value
-        else:
-            raise UserError(f"unknown style '{name.removeprefix('style:')}'; known are energetic")
+            return lambda: state["words"].append(value)
+        if name == "style:energetic":
+            return lambda: state.update(energy=value)
+        raise UserError(f"unknown style '{name.removeprefix('style:')}'; known are energetic")
 
     def _frames(self, state, end):
         rows = np.zeros((max(end - state["n"], 0), 3 + 4 * 17))
@@ -42,6 +47,24 @@ class Method:
             row[3::4], row[4::4] = np.cos(angle / 2), np.sin(angle / 2)
         state["n"] = max(end, state["n"])
         return rows
+
+
+class AtOnce:
+    """Takes the place of a thread, but does everything when it is asked."""
+
+    def __init__(self, *_):
+        pass
+
+    def submit(self, work, *arguments):
+        made = Future()
+        try:
+            made.set_result(work(*arguments))
+        except UserError as error:
+            made.set_exception(error)
+        return made
+
+    def shutdown(self, **_):
+        pass
 
 
 class Chunks:
@@ -82,7 +105,7 @@ class Sink:
         self.closed = True
 
 
-def run(model, source, outputs=(), listener=None, seed=0, said=None, fps=25.0):
+def run(model, source, outputs=(), listeners=(), seed=0, said=None, fps=25.0):
     """Run the engine until the source ends; return it and all frames, (n, 3 + 4 J)."""
     from cospeech.live import engine, performing
 
@@ -90,7 +113,7 @@ def run(model, source, outputs=(), listener=None, seed=0, said=None, fps=25.0):
     hearing = engine.listening(model, source.rate_hz)
     performer = performing.performer(model, hearing, seed)
     lines = [] if said is None else said
-    running = engine.Engine(source, hearing, performer, [sink, *outputs], fps, lines.append, listener)
+    running = engine.Engine(source, hearing, performer, [sink, *outputs], fps, lines.append, listeners)
     running.run()
     assert sink.closed
     return running, np.array(sink.frames)

@@ -3,17 +3,20 @@
 import gc
 import json
 import socket
+import threading
+import time
 import tracemalloc
 
 import numpy as np
 import pytest
 from pythonosc.osc_message_builder import build_msg
-from stand_in import Chunks, Sink, run
+from stand_in import AtOnce, Chunks, Method, Sink, run
 
 from cospeech.data import tables
 from cospeech.errors import UserError
-from cospeech.live import engine
-from cospeech.live.control import Listener
+from cospeech.live import changes, engine
+from cospeech.live.changes import Change
+from cospeech.live.osc import Messages
 from cospeech.live.recording import Recorder
 from cospeech.live.sound import File
 from cospeech.live.vmc import Vmc
@@ -245,8 +248,9 @@ def test_what_is_not_motion_is_refused_before_it_is_recorded(model, samples, tmp
     assert (tmp_path / "x.bvh").is_file()
 
 
-def test_changes_arrive_while_it_runs_and_wrong_ones_are_reported(model, samples):
-    listener = Listener("127.0.0.1", 0)
+def test_changes_arrive_while_it_runs_and_wrong_ones_are_reported(model, samples, monkeypatch):
+    monkeypatch.setattr(changes, "ThreadPoolExecutor", AtOnce)
+    listener = Messages("127.0.0.1", 0)
     address = listener._socket.getsockname()
     said = []
 
@@ -263,12 +267,59 @@ def test_changes_arrive_while_it_runs_and_wrong_ones_are_reported(model, samples
         [("/style", ["sleepy", 1.0]), ("/nod", [])],
         [("/style", ["energetic", 0.0])],
     ]
-    _, changed = run(model, Sending(samples, 400), listener=listener, said=said)
-    assert said[0] == "unknown style 'sleepy'; known are energetic"
-    assert said[1].startswith("OSC: '/nod ' is unknown")
+    _, changed = run(model, Sending(samples, 400), listeners=[listener], said=said)
+    assert said[0].startswith("OSC: '/nod ' is unknown")
+    assert said[1] == "unknown style 'sleepy'; known are energetic"
     _, plain = run(model, Chunks(samples, 400))
     first = int(np.flatnonzero((changed != plain).any(axis=1))[0])
     assert 62 < first < 100  # from 2.5 s on, syllables no longer move it
+
+
+def test_motion_goes_on_while_a_style_is_prepared(model, samples):
+    """The style is ready only after 40 frames, which the engine can show only if it does not wait for the style."""
+    shown = threading.Event()
+
+    class Watching(Sink):
+        def show(self, frame, time_s, pose):
+            super().show(frame, time_s, pose)
+            if frame == 40:
+                shown.set()
+
+    class Slow(Method):
+        def prepare(self, state, name, value):
+            assert shown.wait(60.0)
+            return super().prepare(state, name, value)
+
+    class Faders:
+        def __init__(self):
+            self.sent = [Change("style:energetic", 0.0)]
+
+        def changes(self):
+            while self.sent:
+                yield self.sent.pop()
+
+        def close(self):
+            pass
+
+    class Waiting(Chunks):
+        """Waits after frame 40 until the style has been changed, so that it is seen in the rest of the motion."""
+
+        def read(self, wait_s):
+            if shown.is_set() and states[-1]["energy"] == 1.0:
+                time.sleep(0.001)
+                return np.empty(0)
+            return super().read(wait_s)
+
+    states = []
+    slow = Slow()
+    slow.start = lambda *given: states.append(Method.start(slow, *given)) or states[-1]
+    watched = Watching()
+    _, changed = run(
+        model._replace(trained=model.trained._replace(method=slow)), Waiting(samples, 400), [watched], [Faders()]
+    )
+    _, plain = run(model, Chunks(samples, 400))
+    np.testing.assert_array_equal(changed[:40], plain[:40])
+    assert (changed[60:] != plain[60:]).any()
 
 
 def test_delays_are_counted_per_frame_and_per_syllable(model, samples):

@@ -106,7 +106,7 @@ def test_systems_that_cannot_run_live_are_refused(bundled):
 def test_a_system_without_styles_says_so(bundled):
     made = performing.performer(bundled, engine.listening(bundled, 16000), 0)
     with pytest.raises(UserError, match="'hsmm_sampled' of this model has no styles and no keywords"):
-        made.control("style:energetic", 0.5)
+        made.prepare("style:energetic", 0.5)
 
 
 class Lift:

@@ -43,5 +43,5 @@ def test_a_style_changes_the_motion_and_an_unknown_one_names_those_that_exist(tr
     model = trained["controller"]
     made = performing.performer(model, engine.listening(model, 16000), 0)
     with pytest.raises(UserError, match=r"'sleepy'; its styles: .*energetic"):
-        made.control("style:sleepy", 1.0)
-    made.control("style:energetic", 1.0)
+        made.prepare("style:sleepy", 1.0)
+    made.prepare("style:energetic", 1.0)()

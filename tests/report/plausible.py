@@ -125,7 +125,7 @@ def record_scores() -> pd.DataFrame:
                 if setting != (8, 3):
                     variant = f"clusters~{setting[0]},states~{setting[1]}"
                     add(system, variant, record, imitate(tables[record], fidelity, np.random.default_rng([9, i, r])))
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows).assign(recorded=np.nan)
 
 
 BOOTSTRAP = sessions.Bootstrap(samples=2000, level=0.95, seed=2012)
@@ -198,6 +198,8 @@ def records() -> pd.DataFrame:
                 "motion_path": f"{record}.bvh",
                 "audio_path": f"{record}.wav",
                 "note": "mixed down to <mono>" if place else None,
+                "head_source": None,
+                "head_fps": np.nan,
             }
             for place, (record, actor) in enumerate(ACTORS.items())
         ]

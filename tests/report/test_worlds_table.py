@@ -39,6 +39,18 @@ WORLDS = {
 HOME = {"chain": "phrases", "mover": "vigour", "speaker": "syllables"}
 
 
+SCORES = pd.DataFrame(
+    [
+        {"actor": actor, "record": record, "measure": measure, "part": part, "recorded": value + extra}
+        for actor in WORLDS
+        for record, extra in (("r1", 0.0), ("r2", 0.02), ("r2", 0.02))
+        for measure, value in (("beat_alignment", 0.04), ("frechet_distance", 1.5), ("kappa", np.nan))
+        for part in ("interior",)
+    ]
+)
+"""What the recorded motion reaches, in one row per system, of which the second record has two."""
+
+
 def differences(gains, n_records=6):
     """Return a table in which each interval is 0.1 wide on either side of the gain, by system, actor and measure."""
     rows = [
@@ -52,7 +64,8 @@ def differences(gains, n_records=6):
         for part, more in (("interior", 0.0), ("whole", 9.0))
         for phrases, extra in (("seen", 0.0), ("planned", 9.0))
         if phrases == "seen" or SYSTEMS[name].plans
-        for gain in [gains.get((name, actor, measure), 0.0) + wrong + more + extra]
+        for sign in [-1.0 if measure == "frechet_distance" else 1.0]
+        for gain in [sign * gains.get((name, actor, measure), 0.0) + wrong + more + extra]
     ]
     return pd.DataFrame(rows)
 
@@ -68,7 +81,7 @@ def as_expected():
 
 
 def claims(gains):
-    cells = worlds.cells(RUN, differences(gains), WORLDS)
+    cells = worlds.cells(RUN, differences(gains), SCORES, WORLDS)
     return [finding.claim for finding in findings._in_worlds(cells, 0.95)]
 
 
@@ -77,7 +90,7 @@ def test_cells_are_the_interior_and_seen_advantages_over_the_strictest_control()
     gains = {
         (name, actor, measure): rng.normal() for name in MADE_UP for actor in WORLDS for measure in worlds.MEASURES
     }
-    cells = worlds.cells(RUN, differences(gains), WORLDS)
+    cells = worlds.cells(RUN, differences(gains), SCORES, WORLDS)
     assert len(cells) == len(gains)
     for _, cell in cells.iterrows():
         gain = gains[cell["system"], cell["actor"], cell["measure"]]
@@ -86,7 +99,7 @@ def test_cells_are_the_interior_and_seen_advantages_over_the_strictest_control()
 
 
 def test_gains_are_expected_at_home_and_none_at_coupling_0():
-    cells = worlds.cells(RUN, differences({}), WORLDS)
+    cells = worlds.cells(RUN, differences({}), SCORES, WORLDS)
     home = cells[cells["expected"] == "gain"]
     assert set(zip(home["system"], home["actor"], home["measure"], strict=True)) == set(as_expected())
     assert set(cells.loc[cells["expected"] == "none", "actor"]) == {"e"}
@@ -95,7 +108,7 @@ def test_gains_are_expected_at_home_and_none_at_coupling_0():
 def test_planned_phrases_stand_in_where_the_control_has_no_motion():
     table = differences({})
     unseen = table[(table["system"] != "chain") | (table["phrases"] == "planned")]
-    cells = worlds.cells(RUN, unseen, WORLDS)
+    cells = worlds.cells(RUN, unseen, SCORES, WORLDS)
     assert set(cells.loc[cells["system"] == "chain", "phrases"]) == {"planned"}
     assert set(cells.loc[cells["system"] != "chain", "phrases"]) == {"seen"}
 
@@ -103,8 +116,8 @@ def test_planned_phrases_stand_in_where_the_control_has_no_motion():
 def test_the_findings_name_every_deviation_and_no_other():
     fine = claims(as_expected())
     assert fine == [
-        "Where speech tells what a system assumes, it gains from speech in 6 of 6 measures.",
-        "At coupling 0, 0 of 9 intervals exclude 0; by chance, about 0.5 would. Corrected for the number of "
+        "Where speech tells what a system assumes, it gains from speech in 7 of 7 measures.",
+        "At coupling 0, 0 of 15 intervals exclude 0; by chance, about 0.8 would. Corrected for the number of "
         "comparisons, no deviation remains.",
     ]
     deviating = as_expected() | {
@@ -116,13 +129,13 @@ def test_the_findings_name_every_deviation_and_no_other():
         ("chain", "e", "boundary_f1"): -0.3,
     }
     assert claims(deviating) == [
-        "Where speech tells what a system assumes, it gains from speech in 5 of 6 measures.",
+        "Where speech tells what a system assumes, it gains from speech in 6 of 7 measures.",
         "Deviation: in hand speed r in the world vigour at coupling 0.8, “Mover” does not gain from the speech that "
         "it assumes.",
         "Deviation: in kappa in the world phrases at coupling 0.8, “Speaker” gains more than “Chain”, whose "
         "world it is.",
         "Deviation: in kappa in the world vigour at coupling 0.8, “Chain” does worse by its own speech.",
-        "At coupling 0, 2 of 9 intervals exclude 0; by chance, about 0.5 would. Corrected for the number of "
+        "At coupling 0, 2 of 15 intervals exclude 0; by chance, about 0.8 would. Corrected for the number of "
         "comparisons, 1 deviation remains.",
     ]
 
@@ -132,14 +145,14 @@ def test_without_intervals_or_records_nothing_is_claimed(n_records):
     table = differences(as_expected(), n_records)
     if not n_records:
         table = table.assign(low=np.nan, high=np.nan)
-    cells = worlds.cells(RUN, table, WORLDS)
+    cells = worlds.cells(RUN, table, SCORES, WORLDS)
     assert n_records or set(cells["found"]) == {"unknown"}
     (finding,) = findings._in_worlds(cells, 0.95)
     assert "too few records" in finding.claim
 
 
 def test_the_figure_and_the_table_show_every_system_in_every_world():
-    numbers = worlds.cells(RUN, differences(as_expected()), WORLDS)
+    numbers = worlds.cells(RUN, differences(as_expected()), SCORES, WORLDS)
     drawn = worlds._figure(numbers)
     assert len(drawn.axes) == len(MADE_UP) * len(WORLDS)
     assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == [
@@ -149,7 +162,9 @@ def test_the_figure_and_the_table_show_every_system_in_every_world():
     plt.close(drawn)
     shown = worlds.table(RUN, numbers)
     assert shown.headings[2] == "a: world phrases, coupling 0.8"
-    assert [row[:3] for row in shown.rows[:2]] == [
+    assert [row[:3] for row in shown.rows[:4]] == [
+        ["recorded motion (value)", "beat alignment", "0.05"],
+        ["recorded motion (value)", "Fréchet distance", "1.51"],
         ["Chain", "hand speed r", "+0.00 (−0.10 to +0.10)"],
         ["Chain", "kappa", "+0.30* (+0.20 to +0.40)"],
     ]

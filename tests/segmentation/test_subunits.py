@@ -106,6 +106,33 @@ def test_short_movements_are_kept_if_they_are_strong():
     assert still.tolist() == [True, False, True]
 
 
+def test_a_short_dip_separates_two_strokes_where_it_is_slowest():
+    """The arm reverses between a stroke and a retraction. A dip without a second stroke separates nothing."""
+    dip, stroke = np.array([0.8, 0.1, 0.5]), np.full(10, 3.0)
+    turning = np.concatenate([np.zeros(10), stroke, dip, stroke, np.zeros(10)])
+    starts, _, still = subunits.boundaries(turning, 1.0, 20.0, 0.2, 99.0)
+    assert starts.tolist() == [0, 10, 21, 33]
+    assert still.tolist() == [True, False, False, True]
+    flutter = np.concatenate([np.zeros(10), stroke, dip, np.full(1, 1.2), np.zeros(10)])
+    assert subunits.boundaries(flutter, 1.0, 20.0, 0.2, 99.0)[0].tolist() == [0, 10, 20]
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=60, deadline=None)
+def test_successive_strokes_are_found_again(seed):
+    """Strokes of minimum jerk that follow one another at once, as the studio plans them, and nothing else."""
+    rng = np.random.default_rng(seed)
+    fps = 20.0
+    lengths = rng.integers(9, 16, 12)
+    share = [(np.arange(length) + 0.5) / length for length in lengths]
+    turning = np.concatenate([rng.uniform(0.7, 1.4) * 30.0 * (u * (1.0 - u)) ** 2 for u in share])
+    starts, _, still = subunits.boundaries(turning, 0.15, fps, 0.2, 2.0)
+    planned = np.cumsum(lengths)[:-1]
+    assert not still.any()
+    assert len(starts) == len(lengths)
+    assert np.abs(starts[1:] - planned).max() <= 1
+
+
 def test_long_subunits_are_divided_where_they_are_slow():
     turning = np.full(60, 5.0)
     turning[27] = 2.0

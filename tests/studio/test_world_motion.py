@@ -45,9 +45,10 @@ def vigour():
 
 
 def level_of_syllables(record, planted, times_s):
-    """Return the level of the syllables that a listener finds, minus its mean, at each time; 0 between them."""
+    """Return the level of the voiced syllables that a listener finds, minus its mean, at each time; 0 elsewhere."""
     delivery = planted.delivery()
     found = features.syllables(record, planted.prosody, delivery.syllables, 170.0, SEED, delivery.contours)
+    found = found[found["f0_hz"].notna()]  # unvoiced ends are softer whatever the arousal
     row = np.clip(np.searchsorted(found["start_s"], times_s, side="right") - 1, 0, None)
     inside = (times_s >= found["start_s"].iloc[0]) & (times_s < found["end_s"].to_numpy()[row])
     level = found["intensity_db"].to_numpy()[row]

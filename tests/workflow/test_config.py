@@ -95,6 +95,8 @@ def test_every_configuration_that_we_ship_is_valid(path):
             changed(studio__world="all", studio__couplings={"vigour": 0.5}, studio__actors=in_worlds("vigour")),
             "studio.couplings are those of the parts of the world 'all'",
         ),
+        (changed(studio__film="stereo"), "studio.film: stereo films head gestures, and 'ada' has none"),
+        (changed(studio__head_coupling=1.5), "studio.head_coupling: 1.5 is greater than the maximum of 1"),
         (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
         (changed(phrases__prosody__clusters=8.5), "phrases.prosody.clusters: 8.5 is not of type 'integer'"),
@@ -148,12 +150,12 @@ def test_mistakes_are_named_in_one_line(config, complaint):
 
 
 def test_actors_have_worlds_and_couplings_of_their_own_or_those_of_the_studio():
-    studio = {"world": "all", "coupling": 0.8, "couplings": {"vigour": 0.5}}
-    actors = [{"actor": "a"}, {"actor": "b", "world": "vigour"}, {"actor": "c", "coupling": 0}]
+    studio = {"world": "all", "coupling": 0.8, "couplings": {"vigour": 0.5}, "head_coupling": None}
+    actors = [{"actor": "a"}, {"actor": "b", "world": "vigour"}, {"actor": "c", "coupling": 0, "head_coupling": 1}]
     assert configuration.actor_worlds(studio | {"actors": actors}) == {
-        "a": ("all", 0.8, {"vigour": 0.5}),
-        "b": ("vigour", 0.8, {}),
-        "c": ("all", 0, {}),
+        "a": ("all", 0.8, {"vigour": 0.5}, None),
+        "b": ("vigour", 0.8, {}, None),
+        "c": ("all", 0, {}, 1),
     }
 
 

@@ -47,7 +47,13 @@ def mistakes(since):
 
 
 # What wildcards of these names may stand for. Their constraints do not say so where there are many names.
-VALUES = {"record": RECORDS, "fold": RECORDS, "actor": ACTORS, "system": SYSTEMS, "trained": [*RECORDS, *ACTORS]}
+VALUES = {
+    "record": RECORDS,
+    "fold": RECORDS,
+    "actor": ACTORS,
+    "system": CHOSEN.systems,
+    "trained": [*RECORDS, *ACTORS],
+}
 
 
 def is_planned(receipt):
@@ -74,7 +80,7 @@ def promised(wildcards):
     """
     planned = [receipt for receipt in receipts.load(RESULTS) if is_planned(receipt)]
     workflow.dag.forcefiles.update(receipt.output for receipt in planned if receipts.missing(receipt))
-    return PROMISED if RECORDS else CALIBRATION_OUTPUTS
+    return PROMISED if RECORDS or IDENTIFIES else CALIBRATION_OUTPUTS
 
 
 def refuse_what_was_changed():

@@ -1,18 +1,16 @@
 # Recordings of any origin are read into our tables; annotations are exported for correction and read back.
 
-DELIVERED = {
-    **(
-        {"motion": f"{RESULTS}/motion/{{record}}.parquet"}
-        if "motion" in BRINGS
-        else {"gestures": f"{RESULTS}/phrases/gesture/{{record}}.parquet"}
-    ),
-    **(
-        {"audio": f"{RESULTS}/corpus/audio/{{record}}.wav"}
-        if "audio" in BRINGS
-        else {"prosody": f"{RESULTS}/speech/{{record}}/prosody.parquet"}
-    ),
-    **({"syllables": f"{RESULTS}/speech/{{record}}/syllables.parquet"} if "syllables" in BRINGS else {}),
+# What a record can bring, and where it is delivered to.
+PLACES = {
+    "motion": f"{RESULTS}/motion/{{record}}.parquet",
+    "gestures": f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+    "head": f"{RESULTS}/head/{{record}}.parquet",
+    "audio": f"{RESULTS}/corpus/audio/{{record}}.wav",
+    "prosody": f"{RESULTS}/speech/{{record}}/prosody.parquet",
+    "syllables": f"{RESULTS}/speech/{{record}}/syllables.parquet",
+    "melody": f"{RESULTS}/speech/{{record}}/melody.parquet",
 }
+DELIVERED = {kind: path for kind, path in PLACES.items() if kind in BRINGS}
 
 
 def given_record(wildcards):
@@ -21,11 +19,13 @@ def given_record(wildcards):
 
 
 def files_of(wildcards):
-    """Return the input files of a record; films and markers are replaced by the joint angles computed from them."""
+    """Return the input files of a record; films and markers are replaced by the angles computed from them."""
     name, record = wildcards.record, RECORDS[wildcards.record]
-    if VIRTUAL and "prosody" in BRINGS:
+    if VIRTUAL and "audio" not in BRINGS:
         return {"features": f"{RESULTS}/corpus/raw/{record['actor']}"}
-    files = {kind: record[kind] for kind in record_list.FILE_FIELDS if record[kind] and kind != "annotations"}
+    files = {kind: record[kind] for kind in PLACES if record[kind]}
+    if record["film_left"]:
+        files["head"] = f"{RESULTS}/capture/head/{name}/pose.parquet"
     if name in TAKES:
         files["motion"] = f"{RESULTS}/capture/{name}/motion.parquet"
     if name in FILMED and "audio" in files and not VIRTUAL:
@@ -62,6 +62,7 @@ rule record:
     params:
         record=given_record,
         motion=config["corpus"]["motion"],
+        head=config["corpus"]["head"],
         length_tolerance_s=config["corpus"]["length_tolerance_s"],
         labels=config["phrases"]["gesture"]["labels"],
         frame_s=config["speech"]["frame_s"],
@@ -91,7 +92,7 @@ rule examples:
 rule records:
     input:
         records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
-        annotations=f"{RESULTS}/corpus/annotations.parquet",
+        annotations=f"{RESULTS}/corpus/annotations.parquet" if SYSTEMS else [],
     output:
         records=f"{RESULTS}/corpus/records.parquet",
     params:
@@ -127,3 +128,17 @@ rule export_annotations:
         "exporting gesture phrases of {wildcards.record} to ELAN and Praat"
     script:
         "../../scripts/corpus/export_annotations.py"
+
+
+# A head without a file or film of its own is that of the body.
+if "head" not in BRINGS and "motion" in BRINGS:
+
+    rule head:
+        input:
+            motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
+        output:
+            heads=expand(f"{RESULTS}/head/{{record}}.parquet", record=RECORDS),
+        message:
+            f"angles of {len(RECORDS)} heads, from joint angles"
+        script:
+            "../../scripts/corpus/head.py"

@@ -7,6 +7,15 @@ SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
 
 
+# The head that bodies show which make none of their own.
+HEAD_SHOWN = made_by(NODDING, "head.parquet") if NODDING else []
+
+
+def headless(systems):
+    """Which bodies make no head of their own: among the original and those of systems, those of recorded gestures."""
+    return [False, *(SYSTEMS[system].makes == "phrases" for system in systems)]
+
+
 def training_motions(wildcards):
     """The motion of the records that a fold may take its units from."""
     return [f"{RESULTS}/motion/{other}.parquet" for other in others(wildcards.record)]
@@ -25,6 +34,7 @@ def motion_inputs(systems):
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet",
         "motions": training_motions,
         "own": f"{RESULTS}/motion/{{record}}.parquet",
+        "spoken": SPOKEN_SYLLABLES,
     }
 
 
@@ -111,17 +121,38 @@ if "motion" in BRINGS:
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
                 *(made_by(system, shown_phrases(system)) for system in COMPARED),
             ],
+            head=HEAD_SHOWN,
             audio=SOUND,
             shot=SHOT,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         params:
             settings=FILM,
+            headless=headless(COMPARED),
             titles=["captured" if SHOT else "original", *COMPARED],
         message:
             f"video of {{wildcards.record}}: original, {', '.join(COMPARED)} side by side"
         script:
             "../../scripts/rendering/comparison.py"
+
+    # On request: the same seconds of a record in each version, without labels, for perception studies.
+    rule survey_clips:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in COMPARED),
+            ],
+            phrases=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+            audio=SOUND,
+        output:
+            folder=directory(f"{RESULTS}/survey/{{record}}"),
+        params:
+            settings=FILM,
+            versions=[ORIGINAL, *COMPARED],
+        message:
+            f"clips of {{wildcards.record}}: original, {', '.join(COMPARED)}"
+        script:
+            "../../scripts/rendering/survey_clips.py"
 
     # What the 3D viewer shows next to the original: the animated systems, driven by the right speech.
     VIEWED = [name for name in ANIMATED if SYSTEMS[name].drive == "own"]
@@ -136,12 +167,15 @@ if "motion" in BRINGS:
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
                 *(made_by(system, shown_phrases(system)) for system in VIEWED),
             ],
+            head=HEAD_SHOWN,
             audio=SOUND,
+            pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet" if "audio" in BRINGS else [],
         output:
             script=f"{REPORTS}/viewer/{{record}}.js",
         params:
             titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
             shown=[True, *(system in COMPARED for system in VIEWED)],
+            headless=headless(VIEWED),
         message:
             "{wildcards.record} for the 3D viewer"
         script:
@@ -163,15 +197,18 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/stills.py"
 
+    # A record of each actor, as far as their rows fit a page.
+    STRIPPED = FIRST_RECORDS[:3]
+
     rule strip:
         input:
-            motions=expand(made_by(SHOWN, "motion.parquet"), record=FIRST_RECORDS),
-            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=FIRST_RECORDS),
+            motions=expand(made_by(SHOWN, "motion.parquet"), record=STRIPPED),
+            phrases=expand(made_by(SHOWN, shown_phrases(SHOWN)), record=STRIPPED),
         output:
             picture=f"{RESULTS}/animation/strip.png",
         params:
             system=SHOWN,
-            records=FIRST_RECORDS,
+            records=STRIPPED,
         message:
             f"frames of the animation by {SHOWN}"
         script:

@@ -1,4 +1,4 @@
-# Prosody features, pitch and syllables from sound. This step is skipped if the corpus supplies its own prosody tables.
+# Prosody features, pitch, syllables and melody from sound. This step is skipped if the corpus supplies its own prosody tables.
 
 if "audio" in BRINGS:
 
@@ -29,3 +29,17 @@ if "audio" in BRINGS:
             f"syllables of {len(RECORDS)} records"
         script:
             "../../scripts/speech/syllables.py"
+
+    # Pitch and intensity at 100 Hz, for systems that move the head.
+    rule melody:
+        input:
+            audio=expand(f"{RESULTS}/corpus/audio/{{record}}.wav", record=RECORDS),
+        output:
+            melodies=expand(f"{RESULTS}/speech/{{record}}/melody.parquet", record=RECORDS),
+        params:
+            records=list(RECORDS),
+            seed=config["seed"],
+        message:
+            f"pitch and intensity of {len(RECORDS)} records"
+        script:
+            "../../scripts/speech/melody.py"

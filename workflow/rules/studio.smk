@@ -26,12 +26,15 @@ def scenario_of(wildcards):
 WORLDS = configuration.actor_worlds(config["studio"]) if VIRTUAL else {}
 HAS_AROUSAL = any(own.world in ("vigour", "all") for own in WORLDS.values())
 HAS_SUBUNITS = any(own.world in ("syllables", "all") for own in WORLDS.values())
+HAS_SYLLABLES = any(own.world != "phrases" for own in WORLDS.values())
+HAS_HEADS = any(own.world == "patterns" or own.head is not None for own in WORLDS.values())
 PLANTED_IN_RECORDS = [
     "gesture_phrases",
     "prosody_phrases",
-    *(["syllables"] if HAS_AROUSAL or HAS_SUBUNITS else []),
+    *(["syllables"] if HAS_SYLLABLES else []),
     *(["arousal_speech", "arousal_hands"] if HAS_AROUSAL else []),
     *(["subunits"] if HAS_SUBUNITS else []),
+    *(["melody_patterns", "head_patterns", "head_joints"] if HAS_HEADS else []),
 ]
 PLANTED_OF_ACTORS = [
     "initial",
@@ -41,6 +44,7 @@ PLANTED_OF_ACTORS = [
     "annotations",
     *(["arousal_states"] if HAS_AROUSAL else []),
     *(["subunit_kinds", "subunit_transitions", "subunit_preferences"] if HAS_SUBUNITS else []),
+    *(["head_habits"] if HAS_HEADS else []),
 ]
 
 
@@ -70,12 +74,14 @@ rule studio_take:
     input:
         **planted(PLANTED_IN_RECORDS),
     output:
+        **({"head": f"{RESULTS}/corpus/truth/head~{{record}}.parquet"} if HAS_HEADS else {}),
         sound=f"{RESULTS}/corpus/raw/{{record}}.wav",
         bvh=f"{RESULTS}/corpus/raw/{{record}}.bvh",
         motion=f"{RESULTS}/corpus/truth/motion~{{record}}.parquet",
         prosody=f"{RESULTS}/corpus/truth/prosody~{{record}}.parquet",
     params:
         planted=PLANTED_IN_RECORDS,
+        heads=HAS_HEADS,
         actor=performer_of,
         voice=voice_of,
         scenario=scenario_of,
@@ -90,7 +96,7 @@ rule studio_take:
 
 
 # Simulating a record takes less than starting a process, so the records of an actor share one, and a folder.
-if VIRTUAL and "prosody" in BRINGS:
+if VIRTUAL and "audio" not in BRINGS:
 
     rule studio_features:
         input:
@@ -103,6 +109,7 @@ if VIRTUAL and "prosody" in BRINGS:
             records=lambda wildcards: records_of(wildcards.actor),
             voice=lambda wildcards: VOICES[wildcards.actor],
             motion_fps=config["studio"]["motion_fps"] if "motion" in BRINGS else None,
+            head_fps=config["studio"]["motion_fps"],
             motion_noise_deg=config["studio"]["motion_noise_deg"],
             frame_s=config["speech"]["frame_s"],
             voiced_gain=config["speech"]["voiced_gain"],
@@ -188,3 +195,33 @@ if VIRTUAL and FILMED:
             "film {wildcards.record}"
         script:
             "../../scripts/studio/studio_film.py"
+
+
+# The calibration of the stereo camera comes as a camera file, like that of a user.
+if VIRTUAL and config["studio"]["film"] == "stereo":
+
+    rule studio_stereo:
+        output:
+            cameras=f"{RESULTS}/corpus/raw/stereo.toml",
+            truth=f"{RESULTS}/corpus/truth/stereo.parquet",
+        params:
+            width_px=config["studio"]["stereo_width_px"],
+        message:
+            "set up the stereo camera of the studio"
+        script:
+            "../../scripts/studio/studio_stereo.py"
+
+    rule studio_head:
+        input:
+            sound=rules.studio_take.output.sound,
+            poses=rules.studio_take.output.head,
+            cameras=rules.studio_stereo.output.truth,
+        output:
+            films=[f"{RESULTS}/corpus/raw/{{record}}/{view}.mkv" for view in ("left", "right")],
+        params:
+            actor=performer_of,
+            seed=config["seed"],
+        message:
+            "film the head in {wildcards.record}"
+        script:
+            "../../scripts/studio/studio_head.py"

@@ -1,15 +1,6 @@
 # Gesture phrases, or motion, for the record that a fold holds out: systems, their controls, and ceilings.
 
 
-def model_tables(systems):
-    """The tables of the models that these systems train, with their schemas, by system."""
-    return {
-        system: SYSTEMS[system].table_schemas
-        for system in systems
-        if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
-    }
-
-
 def place_of(system, setting=MAIN):
     """The variant of a system, and the folder of its records."""
     variant = variant_of(system, setting)
@@ -19,6 +10,10 @@ def place_of(system, setting=MAIN):
 def needed(systems, need):
     """Whether one of these systems needs it."""
     return any(need in SYSTEMS[system].needs for system in systems)
+
+
+# The syllables of a record, which beats of the motion are compared with, if a system needs syllables anyway.
+SPOKEN_SYLLABLES = f"{RESULTS}/speech/{{record}}/syllables.parquet" if needed(SYSTEMS, "syllables") else []
 
 
 def training_gestures(wildcards):
@@ -55,6 +50,7 @@ def inputs_of(systems):
         "syllables": syllables_of_fold if needed(systems, "syllables") else [],
         "motions": motions_of_fold if needed(systems, "motion") or makers(systems, "motion") else [],
         "model": f"{RESULTS}/phrases/gesture/fold~{{record}}/model.parquet" if makers(systems, "motion") else [],
+        "spoken": SPOKEN_SYLLABLES,
         # One table represents everything that was planted, as one job writes it all.
         "planted": f"{RESULTS}/corpus/truth/gesture_phrases.parquet" if needed(systems, "truth") else [],
     }

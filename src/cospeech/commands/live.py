@@ -20,9 +20,11 @@ from cospeech.errors import UserError
 if TYPE_CHECKING:
     from cospeech.api import ActorModel
     from cospeech.commands.parser import Parser
+    from cospeech.live.changes import Listener
     from cospeech.live.engine import Engine
     from cospeech.live.outputs import Output
     from cospeech.live.sound import Source
+    from cospeech.synthesis.live import Controls
 
 PCM = "16000:s16le"
 VMC = "127.0.0.1:39539"
@@ -46,6 +48,7 @@ examples:
   cospeech live --model MODEL --microphone --record session.bvh
   cospeech live --model MODEL --play speech.wav --latency
   cospeech live --model MODEL --play speech.wav --style energetic=0.7 --osc 9000
+  cospeech live --model MODEL --microphone --keys --keywords-from pocketsphinx
 
 docs/live.md explains receivers, delays and styles."""
 
@@ -80,6 +83,12 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         help=f"where to send motion to, or off (default: {VMC})",
     )
     parser.add_argument(
+        "--web",
+        type=_web,
+        metavar="PORT",
+        help="show the motion on a page in the browser, as [HOST:]PORT (default host: this machine only)",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         action="append",
@@ -103,6 +112,14 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         help="listen for /style NAME VALUE and /keyword WORD, as [HOST:]PORT",
     )
     parser.add_argument(
+        "--keys", action="store_true", help="let keys of the terminal call for keywords and styles, which are listed"
+    )
+    parser.add_argument(
+        "--keywords-from",
+        choices=["pocketsphinx"],
+        help="recognise the keywords of the model in the sound (English; pip install 'cospeech[keywords]')",
+    )
+    parser.add_argument(
         "--seed", type=whole_number(0), metavar="N", help="seed of random draws (default: that of the model)"
     )
     parser.add_argument("--latency", action="store_true", help="print the distribution of delays at the end")
@@ -123,6 +140,10 @@ def _vmc(text: str) -> tuple[str, int] | None:
     return None if text == "off" else _address(text, "")
 
 
+def _web(text: str) -> tuple[str, int]:
+    return _address(text, "127.0.0.1")
+
+
 def _osc(text: str) -> tuple[str, int]:
     return _address(text, THIS_MACHINE)
 
@@ -141,8 +162,8 @@ def run(arguments: argparse.Namespace) -> int:
         return _recover(arguments)
     if arguments.microphone is not None and arguments.channel is not None:
         arguments.error("--channel belongs to --pcm and --play")
-    if arguments.vmc is None and not arguments.record:
-        arguments.error("nothing shows the motion; leave out --vmc off, or add --record")
+    if arguments.vmc is None and arguments.web is None and not arguments.record:
+        arguments.error("nothing shows the motion; leave out --vmc off, or add --web or --record")
     begun_s = time.perf_counter()
     note_compilation()
     with _signals() as stoppable:
@@ -174,7 +195,7 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
     """Return the engine, ready to run, and its model; ``begun_s`` is when the command was called."""
     from cospeech import api  # not above: these load pandas and the compiled kernels
     from cospeech.live import engine, performing, recording, vmc
-    from cospeech.live.control import Listener
+    from cospeech.live.recogniser import Recogniser
 
     for path in arguments.record:
         recording.check(path, arguments.overwrite)
@@ -188,17 +209,26 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
         seed = model.card["seed"] if arguments.seed is None else arguments.seed
         performer = performing.performer(model, hearing, seed)
         for name, value in arguments.style:
-            performer.control(f"style:{name}", value)
+            performer.prepare(f"style:{name}", value)()
         fps = float(model.card["motion_fps"])
-        listener = None
-        if arguments.osc is not None:
-            listener = Listener(*arguments.osc)
-            opened.callback(listener.close)
+        listeners = _listeners(arguments, performer.controls, opened)
+        recogniser = None
+        if arguments.keywords_from is not None:
+            recogniser = Recogniser(performer.controls.keywords, source.rate_hz, note)
+            opened.callback(recogniser.close)
         outputs: list[Output] = []
         if arguments.vmc is not None:
             host, port = arguments.vmc
             outputs.append(vmc.Vmc(performer.body, host, port, note))
             opened.callback(outputs[-1].close)
+        shown = None
+        if arguments.web is not None:
+            from cospeech.live import web
+
+            shown = web.Page(performer.body, fps, performer.controls, *arguments.web)
+            opened.callback(shown.close)
+            outputs.append(shown)
+            listeners.append(shown)
         for path in arguments.record:
             outputs.append(recording.Recorder(path, performer.body, fps, model.card, arguments.overwrite, note))
             opened.callback(outputs[-1].close)
@@ -206,7 +236,27 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
         opened.pop_all()  # from here on, the engine closes them
     if arguments.vmc is not None:
         note(f"sending VMC to {':'.join(map(str, arguments.vmc))}; Ctrl-C stops")
-    return engine.Engine(source, hearing, performer, outputs, fps, note, listener), model
+    running = engine.Engine(source, hearing, performer, outputs, fps, note, listeners, recogniser)
+    if shown is not None:
+        shown.follow(lambda: running.arrived_s)
+        note(f"open {shown.address}/ in a browser")
+    return running, model
+
+
+def _listeners(arguments: argparse.Namespace, offered: Controls, opened: ExitStack) -> list[Listener]:
+    """Return where changes come from, except for what is recognised in the sound."""
+    from cospeech.live import keys, osc
+
+    listeners: list[Listener] = []
+    if arguments.osc is not None:
+        listeners.append(osc.Messages(*arguments.osc))
+        opened.callback(listeners[-1].close)
+    if arguments.keys:
+        known = keys.bindings(offered)
+        listeners.append(keys.Keys(known))
+        opened.callback(listeners[-1].close)
+        note(keys.line(known))
+    return listeners
 
 
 def _source(arguments: argparse.Namespace, begun_s: float) -> Source:

@@ -121,6 +121,24 @@ def read(folder: Path, unit: str, up: str, hands: Sequence[str] = ()) -> Folder:
     return Folder(body, recordings, first.fps, chosen, notes)
 
 
+def rigid(path: Path, unit: str, up: str) -> dict[str, tuple[Body, Poses, float]]:
+    """Return the body, the poses and the frame rate of each recording in a BVH or GLB file, by name.
+
+    Parameters
+    ----------
+    unit, up : of a BVH file, as for ``read``.
+
+    Raises
+    ------
+    UserError : if the file cannot be read, or bones that carry other bones change their length.
+    """
+    found = {}
+    for name, clip in _clips(path).items():
+        one = _moving(clip, 0, *_frame(path, unit, up), str(path))
+        found[name] = Body(one.joints, np.array(one.parents), one.offsets), one.poses, one.fps
+    return found
+
+
 def places(folder: Folder, name: str) -> Floats:
     """Return the positions of the hands of a recording relative to the root in metres, (T, H, 3), in world axes."""
     _, placed = folder.body.world(folder.recordings[name].root_m, folder.recordings[name].rotations)

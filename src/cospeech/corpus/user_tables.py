@@ -59,6 +59,9 @@ recognition, yields 0.2 for noise and up to 1 for smooth features.
 MAX_TIME_S = 1e6
 """No record lasts eleven days."""
 
+MELODY_S = 0.01
+"""Frame period of a melody, in seconds."""
+
 TIME_GRID_HZ = 1000
 """Frame rate of gesture segments that are given by their times alone."""
 
@@ -77,10 +80,7 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = (), optional: t
     ------
     UserError : if the file is missing, damaged or too large, lacks a column, or has a column in another unit.
     """
-    if not Path(path).is_file():
-        raise UserError(f"{path}: no such file; correct the path")
-    check_size(Path(path).stat().st_size, str(path))
-    frame = _read_csv(path, schema) if Path(path).suffix.lower() in (".csv", ".tsv") else _read_parquet(path, schema)
+    frame = load(path, schema)
     table = tables.schema(schema)
     needed = [column.name for column in table.columns if not column.nullable and column.name not in optional]
     required = [*needed, *extra]
@@ -95,6 +95,17 @@ def read(path: str | Path, schema: str, extra: tuple[str, ...] = (), optional: t
         elif column.type == "string":  # a record or label 1 may be stored as a number
             known[column.name] = known[column.name].astype(object).map(_name)
     return known
+
+
+def load(path: str | Path, schema: str) -> pd.DataFrame:
+    """Read a user-supplied Parquet or CSV file with all its columns; see ``read``.
+
+    The schema tells the separator of a CSV file, and the units of columns that a Parquet file shares with it.
+    """
+    if not Path(path).is_file():
+        raise UserError(f"{path}: no such file; correct the path")
+    check_size(Path(path).stat().st_size, str(path))
+    return _read_csv(path, schema) if Path(path).suffix.lower() in (".csv", ".tsv") else _read_parquet(path, schema)
 
 
 def _name(value: object) -> object:
@@ -172,7 +183,7 @@ def motion(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
         if name not in skeleton.angle_columns():
             raise UserError(f"{path}: unknown joint column '{name}'{_suggestion(name, skeleton.angle_columns())}")
     numbers = _numbers(supplied, [*skeleton.ROOT_COLUMNS, *given], path)
-    fps = 1 / _frame_period(supplied, path)
+    fps = 1 / frame_period(supplied, path)
     if np.abs(numbers[skeleton.angle_columns(skeleton.ARM_JOINTS)].to_numpy()).max() < MIN_ARM_ANGLE_DEG:
         raise UserError(
             f"{path}: all arm angles are below 2 pi, so they seem to be in radians; convert them to degrees"
@@ -202,7 +213,7 @@ def prosody(path: str | Path, frame_s: float) -> pd.DataFrame:
     columns = [column.name for column in tables.schema("prosody").columns]
     features = [name for name in columns if name not in ("frame", "time_s", "intensity_log", "lag_s")]
     numbers = _numbers(supplied, features, path)
-    period_s = _frame_period(supplied, path)
+    period_s = frame_period(supplied, path)
     if abs(period_s / frame_s - 1) > GRID_TOLERANCE / 100:
         raise UserError(
             f"{path}: its frame period is {period_s:.6g} s, but speech.frame_s is {frame_s}; make them agree"
@@ -269,6 +280,30 @@ def _check_difference(values: Floats, differences: Floats, name: str, path: str 
             f"expected 1 (from {MIN_RATIO} to {MAX_RATIO:g}); take the difference from the previous frame, "
             "not per second"
         )
+
+
+def melody(path: str | Path) -> pd.DataFrame:
+    """Return a user-supplied melody, with its frames and times renumbered.
+
+    Raises
+    ------
+    UserError
+        As in ``read``, and if the table lacks numbers, or has another frame period than ``MELODY_S``.
+    """
+    supplied = read(path, "melody")
+    names = ["intensity_db", "pitch", "d_pitch", "intensity"]
+    numbers = _numbers(supplied, names, path)
+    period_s = frame_period(supplied, path)
+    if abs(period_s / MELODY_S - 1) > GRID_TOLERANCE / 100:
+        raise UserError(f"{path}: its frame period is {period_s:.6g} s, expected {MELODY_S} s; compute it at 100 Hz")
+    pitch_hz = pd.to_numeric(supplied["f0_hz"], errors="coerce").astype(float)
+    table = supplied[[column.name for column in tables.schema("melody").columns]].assign(f0_hz=pitch_hz, **numbers)
+    table = table.assign(
+        active=table["active"].astype(bool), frame=np.arange(len(table)),
+        time_s=segments.frame_times(len(table), 1 / MELODY_S),
+    )  # fmt: skip
+    tables.validate(table, "melody", str(path))
+    return table
 
 
 def gestures(path: str | Path, record: str, labels: list[str]) -> pd.DataFrame:
@@ -383,7 +418,7 @@ def _numbers(frame: pd.DataFrame, columns: list[str], path: str | Path, row_name
     return numbers.reset_index(drop=True)
 
 
-def _frame_period(frame: pd.DataFrame, path: str | Path) -> float:
+def frame_period(frame: pd.DataFrame, path: str | Path) -> float:
     """Return the frame period in seconds; times must start at 0 and be uniform, and frame numbers be consecutive."""
     times = _numbers(frame, ["time_s"], path)["time_s"].to_numpy()
     count = _numbers(frame, ["frame"], path)["frame"].to_numpy()

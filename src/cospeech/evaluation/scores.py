@@ -19,7 +19,7 @@ PARTS = ("whole", "interior")
 
 BETTER = {
     **{"S": 1, "D": -1, "boundary_f1": 1, "frames_right": 1, "kappa": 1, "phrase_ratio": 0},
-    "hand_speed_r": 1,
+    **{"hand_speed_r": 1, "beat_alignment": 1, "frechet_distance": -1},
 }
 """The measures, and whether more of each is better (1), less (-1), or neither (0: a ratio ought to be 1)."""
 
@@ -147,7 +147,7 @@ def table(
             origin = one._asdict() | {"actor": actors[record]}
             rows += [origin | row for row in record_scores(real, phrases(synthesised[one], rules), rules)]
         found.append(pd.DataFrame(rows))
-    return pd.concat(found, ignore_index=True)
+    return pd.concat(found, ignore_index=True).assign(recorded=np.nan)
 
 
 def record_scores(actual: Phrases, synthesised: Phrases, rules: Rules) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,51 @@ def read(path: str | Path) -> dict[str, Clip]:
         raise UserError(f"{path}: is damaged ({type(error).__name__} while reading it); export it again") from error
 
 
+class Skeleton(NamedTuple):
+    """The skeleton of the first skin of a file in its rest pose.
+
+    Attributes
+    ----------
+    nodes : (J,) node of each joint in the file, parents first.
+    names, parents : (J,) of the joints; -1 for the root.
+    offsets_m : (J, 3) position of each joint in metres: the root in the world, all others in the frame of the parent.
+    rotations : (J, 3, 3) of each joint: the root in the world, all others in the frame of the parent.
+    above : rotation (3, 3), position (3,) and scale of the frame in which the root's own transform is given.
+    """
+
+    nodes: tuple[int, ...]
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets_m: Floats
+    rotations: Floats
+    above: tuple[Floats, Floats, float]
+
+
+def chunks(path: str | Path) -> tuple[dict[str, Any], bytes]:
+    """Return the description in a file, and its binary chunk.
+
+    Raises
+    ------
+    UserError : if it is not a binary glTF file of version 2, or is truncated.
+    """
+    file = _File(foreign.read_bytes(path), str(path))
+    return file.json, file.binary
+
+
+def skeleton(path: str | Path) -> Skeleton:
+    """Return the skeleton of the first skin of a file, animated or not.
+
+    Raises
+    ------
+    UserError : as for ``read``, apart from animations.
+    """
+    content = foreign.read_bytes(path)
+    try:
+        return _File(content, str(path)).skeleton()
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        raise UserError(f"{path}: is damaged ({type(error).__name__} while reading it); export it again") from error
+
+
 class _File:
     """The JSON and the binary chunk of a file."""
 
@@ -80,11 +125,30 @@ class _File:
             found[name if name not in found else f"{name} {number}"] = self._clip(joints, animation)
         return found
 
+    def skeleton(self) -> Skeleton:
+        """Return the skeleton of the first skin."""
+        if not self.json.get("skins"):
+            raise UserError(f"{self.where}: has no skin, and so no joints; export the body with its armature")
+        nodes = self._joints()
+        index = {node: place for place, node in enumerate(nodes)}
+        above = self._static(self._above(nodes[0]))
+        offsets = np.array([self._local(node, "translation") for node in nodes])
+        rotations = np.array([_matrices(self._local(node, "rotation")[None])[0] for node in nodes])
+        turned, placed, scale = above
+        offsets[0], rotations[0] = placed + scale * turned @ offsets[0], turned @ rotations[0]
+        sizes = {nodes[0]: scale * self._size(nodes[0])}
+        for node in nodes[1:]:
+            offsets[index[node]] *= sizes[self.parent[node]]
+            sizes[node] = sizes[self.parent[node]] * self._size(node)
+        names = tuple(foreign.normalised(str(self.nodes[node].get("name", f"node {node}"))) for node in nodes)
+        parents = tuple(index.get(self.parent.get(node, -1), -1) for node in nodes)
+        return Skeleton(tuple(nodes), names, parents, offsets, rotations, above)
+
     def _joints(self) -> list[int]:
         """Return the joints of the first skin, and all animated nodes above them, parents first."""
         animated = {
             channel["target"]["node"]
-            for animation in self.json["animations"]
+            for animation in self.json.get("animations", [])
             for channel in animation["channels"]
             if "node" in channel["target"]
         }
@@ -122,6 +186,8 @@ class _File:
             raise UserError(f"{self.where}: an animation has fewer than two keys; export its frames")
         seconds = float(np.median(np.diff(longest)))
         fps, notes = frame_rates.from_frame_time(f"{seconds:.5f}", self.where)
+        if _has_ends(longest, fps):
+            longest = longest[1:-1]
         n_frames = round((longest[-1] - longest[0]) * fps) + 1
         foreign.check_joint_frames(len(joints), n_frames, self.where)
         times = longest[0] + np.arange(n_frames) / fps
@@ -223,6 +289,12 @@ class _File:
         if not np.isfinite(values).all():
             raise UserError(f"{self.where}: an animation contains NaN or infinite numbers; export it again")
         return values
+
+
+def _has_ends(keys: Floats, fps: float) -> bool:
+    """Return whether keys are at the centres of frames apart from those at both ends, as ``glb_writer`` sets them."""
+    halves = np.array([keys[0], keys[1] - 0.5 / fps, keys[-1] - keys[-2] - 0.5 / fps])
+    return len(keys) > 2 and bool(np.abs(halves).max() < 0.01 / fps)
 
 
 def _matrices(quaternions: Floats) -> Floats:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cospeech.data import frame_rates
+from cospeech.data import frame_rates, tables
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import foreign
@@ -32,6 +32,9 @@ RATES = ("mocap_frame_rate", "mocap_framerate")
 
 WIDTHS = {66: "the body alone", 72: "SMPL", 156: "SMPL-H", 165: "SMPL-X"}
 """Columns of ``poses``, three per joint, by body model; the first 22 joints are the same in all of them."""
+
+WIDTH, SHAPES, EXPRESSIONS = 165, 300, 100
+"""Columns of ``poses``, and numbers that describe the shape of the body and the face, in BEAT2."""
 
 MAX_FPS = 1000.0
 
@@ -89,6 +92,31 @@ def read(path: str | Path) -> Clip:
     _check_vectors(turns, path)
     fps, notes = frame_rates.from_rate(float(given.reshape(-1)[0]))
     return Clip(NAMES, PARENTS, from_vectors(turns), {0: trans}, fps, notes=tuple(notes))
+
+
+def write(path: str | Path, poses: Floats, trans: Floats, fps: float) -> None:
+    """Write body motion in the layout of BEAT2, with a neutral shape and face and hands at rest.
+
+    Parameters
+    ----------
+    poses : (T, 22, 3) rotation vectors in radians of the joints ``NAMES``, in the frame of the parent.
+    trans : (T, 3) displacement of the body in metres.
+    fps : frames per second; a whole number, as the layout has it, or any other.
+    """
+    whole = np.zeros((len(poses), WIDTH))
+    whole[:, : 3 * len(NAMES)] = poses.reshape(len(poses), -1)
+    rate = int(fps) if float(fps).is_integer() else fps
+    with tables.replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez(
+            file,
+            betas=np.zeros(SHAPES, dtype=np.float32),
+            poses=whole.astype(np.float32),
+            expressions=np.zeros((len(poses), EXPRESSIONS)),
+            trans=trans.astype(np.float64),
+            model=np.array("smplx2020"),
+            gender=np.array("neutral"),
+            mocap_frame_rate=np.array(rate),
+        )
 
 
 def _check_vectors(turns: Floats, path: str | Path) -> None:

@@ -1,8 +1,10 @@
-"""Kalman filter and smoother for moving markers, with a constant-acceleration model.
+"""Kalman filter and smoother for moving markers, with a constant-acceleration model, and for angles of the head.
 
 The state of a marker is its position, velocity and acceleration on each axis; the acceleration is driven by white
 noise. The three axes share one covariance, because positions are equally accurate on each. A hidden marker is
 predicted; the smoother of Rauch, Tung and Striebel (1965) then corrects the prediction from where it reappears.
+
+The state of the head is its angles and their first differences (Sargin 2006, 4.6-4.7).
 """
 
 from __future__ import annotations
@@ -27,33 +29,56 @@ def motion_model(step_s: float, jerk: float) -> tuple[Floats, Floats]:
     return transition, jerk**2 * growth
 
 
+def difference_model(value_sd: float, difference_sd: float) -> tuple[Floats, Floats]:
+    """Return the transition F (2, 2) of a value and its first difference, and its noise (2, 2) (Sargin 2006, 4.7).
+
+    The printed H, two blocks on top of one another, is read as [I 0], which observes the value. With G = I both parts
+    of the state have a noise of their own.
+
+    Parameters
+    ----------
+    value_sd, difference_sd : standard deviation of the noise of each per frame, in the unit of the value.
+    """
+    return np.array([[1.0, 1.0], [0.0, 1.0]]), np.diag([value_sd**2, difference_sd**2])
+
+
 @njit
 def predict(state: Floats, covariance: Floats, transition: Floats, noise: Floats) -> tuple[Floats, Floats]:
-    """Return the state (3, 3), derivative by axis, and the covariance (3, 3) one frame later."""
+    """Return the state (k, axes), derivative by axis, and the covariance (k, k) one frame later."""
     return transition @ state, transition @ covariance @ transition.T + noise
 
 
 @njit
 def update(state: Floats, covariance: Floats, point: Floats, variance: float) -> tuple[Floats, Floats]:
-    """Return state and covariance after an observation ``point`` (3,) with ``variance`` (m^2) on each axis."""
+    """Return state and covariance after an observation ``point`` (axes,) with ``variance`` on each axis."""
     certainty = 1.0 / (covariance[0, 0] + variance)
     after, left = state.copy(), covariance.copy()
-    for row in range(3):
+    for row in range(len(covariance)):
         gain = covariance[row, 0] * certainty
-        for column in range(3):
+        for column in range(len(point)):
             after[row, column] += gain * (point[column] - state[0, column])
+        for column in range(len(covariance)):
             left[row, column] -= gain * covariance[0, column]
     return after, left
 
 
 @njit
-def _smooth(
+def filter_and_smooth(
     points: Floats, variances: Floats, transition: Floats, noise: Floats, start: Floats
-) -> tuple[Floats, Floats]:
-    n_frames = len(points)
-    states, covariances = np.zeros((n_frames, 3, 3)), np.zeros((n_frames, 3, 3))
-    predicted_states, predicted_covariances = np.zeros((n_frames, 3, 3)), np.zeros((n_frames, 3, 3))
-    state, covariance = np.zeros((3, 3)), start
+) -> tuple[Floats, Floats, Floats]:
+    """Return the filtered and the smoothed values (T, axes), and the standard deviation (T,) of the latter.
+
+    Parameters
+    ----------
+    points : (T, axes) observed values, NaN where there is none.
+    variances : (T,) of the observations on each axis.
+    transition, noise : (k, k) of the state, whose first part is observed.
+    start : (k, k) covariance of the state before the first observation; its mean is 0.
+    """
+    n_frames, n_axes, size = len(points), points.shape[1], len(transition)
+    states, covariances = np.zeros((n_frames, size, n_axes)), np.zeros((n_frames, size, size))
+    predicted_states, predicted_covariances = np.zeros_like(states), np.zeros_like(covariances)
+    state, covariance = np.zeros((size, n_axes)), start
     for frame in range(n_frames):
         if frame > 0:
             state, covariance = predict(state, covariance, transition, noise)
@@ -61,13 +86,14 @@ def _smooth(
         if np.isfinite(points[frame, 0]):
             state, covariance = update(state, covariance, points[frame], variances[frame])
         states[frame], covariances[frame] = state, covariance
+    filtered = states[:, 0].copy()
     for frame in range(n_frames - 2, -1, -1):
         back = np.linalg.solve(predicted_covariances[frame + 1], transition @ covariances[frame]).T
         states[frame] = states[frame] + back @ (states[frame + 1] - predicted_states[frame + 1])
         covariances[frame] = (
             covariances[frame] + back @ (covariances[frame + 1] - predicted_covariances[frame + 1]) @ back.T
         )
-    return states[:, 0].copy(), np.sqrt(covariances[:, 0, 0])
+    return filtered, states[:, 0].copy(), np.sqrt(covariances[:, 0, 0])
 
 
 def smooth(points_m: Floats, sd_m: Floats, fps: float, jerk: float) -> tuple[Floats, Floats]:
@@ -86,5 +112,5 @@ def smooth(points_m: Floats, sd_m: Floats, fps: float, jerk: float) -> tuple[Flo
     middle = points_m[seen].mean(axis=0)
     transition, noise = motion_model(1.0 / fps, jerk)
     start = np.diag(np.square(START_SD))
-    smoothed, sd = _smooth(points_m - middle, np.square(sd_m), transition, noise, start)
+    _, smoothed, sd = filter_and_smooth(points_m - middle, np.square(sd_m), transition, noise, start)
     return smoothed + middle, sd

@@ -12,11 +12,12 @@ from cospeech.api import ActorModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import FEW_CLIPPED
-from cospeech.live.control import Listener
+from cospeech.live.changes import Changing, Listener
 from cospeech.live.delays import Delays
 from cospeech.live.hearing import Hearing
 from cospeech.live.outputs import Output
 from cospeech.live.performing import Performer, performer
+from cospeech.live.recogniser import Recogniser
 from cospeech.live.sound import Source
 from cospeech.synthesis.live import Heard
 
@@ -55,11 +56,13 @@ class Engine:
     outputs : where the motion goes.
     fps : frame rate of the motion.
     note : says in one line what the user should know.
-    listener : where changes of style and keywords come from.
+    listeners : where changes of style and keywords come from.
+    recogniser : what recognises keywords in the sound; it is one of the listeners, too.
 
     Attributes
     ----------
     n_frames : number of frames shown.
+    arrived_s : when the sound arrived that is processed, as ``time.perf_counter`` tells it.
     out_delays : from the arrival of the sound until the motion that it completed is out. Sound that is held back
         arrives when it would have been spoken.
     syllable_delays : from the peak of a syllable until it is known.
@@ -73,14 +76,17 @@ class Engine:
         outputs: Sequence[Output],
         fps: float,
         note: Note,
-        listener: Listener | None = None,
+        listeners: Sequence[Listener] = (),
+        recogniser: Recogniser | None = None,
     ) -> None:
         self._source, self._hearing, self._performer, self._outputs = source, hearing, performer, outputs
-        self._fps, self._note, self._listener = fps, note, listener
+        self._fps, self._note, self._recogniser = fps, note, recogniser
+        self._listeners = listeners if recogniser is None else (*listeners, recogniser)
+        self._changing = Changing(performer.prepare, note)
         self._stopped = False
         self._watched = source.in_real_time or any(output.in_real_time for output in outputs)
         self._n_heard = 0
-        self._begin_s = self._arrived_s = 0.0
+        self._begin_s = self.arrived_s = 0.0
         self.n_frames = 0
         self.out_delays, self.syllable_delays = Delays(), Delays()
 
@@ -99,6 +105,8 @@ class Engine:
         gc.freeze()  # what is loaded stays, so that collections need not look at it
         try:
             for piece in self._pieces():
+                if self._recogniser is not None:
+                    self._recogniser.hear(piece)
                 self._process(self._hearing.push(piece))
             self._end()
         finally:
@@ -112,7 +120,7 @@ class Engine:
         self._begin_s = heard_s if self._source.begun_s is None else self._source.begun_s
         waiting = False
         while not self._stopped:
-            self._listen()
+            self._changing.listen(self._listeners)
             samples = self._source.read(WAIT_S)
             if samples is None:
                 return
@@ -128,7 +136,7 @@ class Engine:
             for first in range(0, len(samples), size):
                 piece = samples[first : first + size]
                 self._n_heard += len(piece)
-                self._arrived_s = now_s
+                self.arrived_s = now_s
                 self._wait()
                 if self._stopped:
                     return
@@ -143,7 +151,7 @@ class Engine:
         due_s = self._begin_s + (spoken_s if self._source.in_real_time else spoken_s / FASTER - AHEAD_S)
         while not self._stopped and (left_s := due_s - time.perf_counter()) > 0:
             time.sleep(min(left_s, WAIT_S))
-            self._arrived_s = due_s
+            self.arrived_s = due_s
 
     def _process(self, frames: Iterator[Heard]) -> None:
         for heard in frames:
@@ -157,20 +165,11 @@ class Engine:
             for output in self._outputs:
                 output.show(self.n_frames, time_s, pose)
             self.n_frames += 1
-            self.out_delays.add(time.perf_counter() - self._arrived_s)
-
-    def _listen(self) -> None:
-        if self._listener is None:
-            return
-        try:
-            for change in self._listener.changes():
-                self._performer.control(*change)
-        except UserError as error:
-            self._note(str(error))
+            self.out_delays.add(time.perf_counter() - self.arrived_s)
 
     def _end(self) -> None:
         """Hear and show what is left."""
-        self._arrived_s = time.perf_counter()
+        self.arrived_s = time.perf_counter()
         self._process(self._hearing.finish())
         if self._hearing.n_frames:
             self._show(self._performer.end(self._hearing.n_samples))
@@ -191,8 +190,9 @@ class Engine:
         """Complete all outputs, and raise the first error only then."""
         errors: list[UserError] = []
         self._source.close()
-        if self._listener is not None:
-            self._listener.close()
+        self._changing.close()
+        for listener in self._listeners:
+            listener.close()
         for output in self._outputs:
             try:
                 output.close()

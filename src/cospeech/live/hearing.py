@@ -197,8 +197,8 @@ class Hearing:
         self.n_samples += len(samples)
         if "syllables" in self._needs:
             for one in self._syllables.push(samples):
-                frame = int(live.frame_known(np.array([one.known_s]), self.frame_s)[0])
-                self._waiting.append((frame, {"syllable": float(self._n_syllables), **one._asdict()}))
+                row = {"syllable": float(self._n_syllables), **one._asdict()}
+                self._waiting.append((live.frame_at(one.known_s, self.frame_s), row))
                 self._n_syllables += 1
         if self.recent is not None:
             yield from self._measured(self.recent, self._prosody.push(samples))

@@ -21,12 +21,14 @@ from cospeech.api import ActorModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import RATE_HZ
+from cospeech.kernels.jit import njit
+from cospeech.live.changes import Make
 from cospeech.live.hearing import Hearing
 from cospeech.live.phrases import Player
 from cospeech.motion import library
 from cospeech.motion.body import STANDARD, Body
 from cospeech.synthesis.interface import Speech
-from cospeech.synthesis.live import Heard, Stream
+from cospeech.synthesis.live import Controls, Heard, Stream
 from cospeech.synthesis.session import naming, synthesise
 
 NAME = "stream"
@@ -48,9 +50,11 @@ class Performer(Protocol):
     Attributes
     ----------
     body : the body that moves.
+    controls : what can be changed while it moves.
     """
 
     body: Body
+    controls: Controls
 
     def step(self, heard: Heard) -> Floats:
         """Return the next frames (n, 3 + 4 J), possibly none, after a prosody frame was heard."""
@@ -58,8 +62,10 @@ class Performer(Protocol):
     def end(self, n_samples: int) -> Floats:
         """Return the last frames (n, 3 + 4 J); ``n_samples`` is the length of the sound at 16 kHz."""
 
-    def control(self, name: str, value: Any) -> None:
-        """Change something while it runs: ``style:<name>`` with a number, or ``keyword`` with a word.
+    def prepare(self, name: str, value: Any) -> Make:
+        """Return a function that makes a change: of ``style:<name>`` to a number, or the ``keyword`` to a word.
+
+        The preparation of a style takes time. It changes nothing and may run in another thread, while motion is made.
 
         Raises
         ------
@@ -101,6 +107,7 @@ class LiveSteps:
         self._fps = float(model.card["motion_fps"])
         with naming(self._system):
             self._state = method.start(model.trained.model, Stream(NAME, hearing.frame_s, self._fps), seed)
+            self.controls = method.controls(model.trained.model) if hasattr(method, "controls") else Controls()
 
     def step(self, heard: Heard) -> Any:
         """Return what the system makes of a prosody frame."""
@@ -108,8 +115,11 @@ class LiveSteps:
         if recent is not None:
             label, features = recent.latest("prosody_labels" in self._system.needs)
             heard = heard._replace(label=label, features=features | {"time_s": heard.time_s})
-        with naming(self._system):
+        try:
             return self._method.step(self._state, heard)
+        except (Exception, SystemExit):
+            with naming(self._system):  # entered only now, as this is called for every frame
+                raise
 
     def end(self, n_samples: int) -> Any:
         """Return what the system makes when the speech ends."""
@@ -119,12 +129,19 @@ class LiveSteps:
         with naming(self._system):
             return self._method.end(self._state, speech)
 
-    def control(self, name: str, value: Any) -> None:
-        """Pass a change to the system; see ``Performer``."""
-        if not hasattr(self._method, "control"):
+    def prepare(self, name: str, value: Any) -> Make:
+        """Let the system prepare a change; see ``Performer``."""
+        if not hasattr(self._method, "prepare"):
             raise UserError(_no_controls(self._system.name))
         with naming(self._system):
-            self._method.control(self._state, name, value)
+            made: Make = self._method.prepare(self._state, name, value)
+        return made
+
+
+@njit
+def _finite(frames: Floats) -> bool:
+    """Return whether all numbers of frames (n, W) are finite."""
+    return bool(np.isfinite(frames).all())
 
 
 class LiveMotion:
@@ -133,7 +150,7 @@ class LiveMotion:
     def __init__(self, model: ActorModel, hearing: Hearing, seed: int) -> None:
         self._name = model.system.name
         self._steps = LiveSteps(model, hearing, seed)
-        self.control = self._steps.control
+        self.prepare, self.controls = self._steps.prepare, self._steps.controls
         body_of = getattr(model.trained.method, "body", None)
         self.body: Body = STANDARD if body_of is None else body_of(model.trained.model)
         self._width = 3 + 4 * len(self.body.joints)
@@ -156,7 +173,7 @@ class LiveMotion:
         if len(made) == 0:
             return np.empty((0, self._width))
         frames = library.from_motion(made).frames if isinstance(made, pd.DataFrame) else np.asarray(made)
-        if frames.ndim != 2 or frames.shape[1] != self._width or not np.isfinite(frames).all():
+        if frames.ndim != 2 or frames.shape[1] != self._width or not _finite(frames):
             raise UserError(
                 f"system '{self._name}' declares that it makes motion, but it returned an array of shape "
                 f"{frames.shape}, or one with NaN; frames of its body have {self._width} finite numbers"
@@ -178,6 +195,7 @@ class Redecoding:
         self._n_shortest = round(SHORTEST_S / hearing.frame_s)
         self._label: str | None = None
         self._start = -self._n_shortest
+        self.controls = Controls()
 
     def step(self, heard: Heard) -> list[tuple[int, str]]:
         """Return the phrase that starts with this frame: none between hops, without speech, or too early."""
@@ -207,7 +225,7 @@ class Redecoding:
         """Return no phrase: none starts when the speech ends."""
         return []
 
-    def control(self, name: str, value: Any) -> None:
+    def prepare(self, name: str, value: Any) -> Make:
         """Raise UserError: the system has no style and no keywords."""
         raise UserError(_no_controls(self._system.name))
 
@@ -229,7 +247,7 @@ class Phrases:
         self._fps = float(model.card["motion_fps"])
         self._player = Player(model.gestures, model.motions, self._fps)
         self._n_shown = 0
-        self.control = planner.control
+        self.prepare, self.controls = planner.prepare, planner.controls
 
     def step(self, heard: Heard) -> Floats:
         """Return the frames whose middle has been heard; see ``Performer``."""

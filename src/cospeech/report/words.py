@@ -49,6 +49,29 @@ MEASURES = {
     "hand_speed_r": Measure(
         "hand speed r", "", "more", "correlation of the hands' speed with that of the recorded hands"
     ),
+    "beat_alignment": Measure(
+        "beat alignment",
+        "",
+        "more",
+        "nearness of syllables to beats of the hands, beyond that of the same beats at other times",
+    ),
+    "frechet_distance": Measure(
+        "Fréchet distance", "", "less", "between the features of hand motion in windows of the two motions"
+    ),
+}
+
+HEAD_MEASURES = {
+    "normalised": Measure(
+        "normalised distance",
+        "",
+        "less",
+        "squared distance divided by the squared sum of the angles, mean (eq. 4.20)",
+    ),
+    "normalised_sums": Measure("normalised, sums", "", "less", "the sums of these divided by each other"),
+    "mahalanobis": Measure(
+        "Mahalanobis distance", "", "less", "distance in units of the spread of the head (eq. 4.21)"
+    ),
+    "euclidean": Measure("Euclidean distance", "°", "less", "mean distance of the angles in degrees"),
 }
 
 SCENARIOS = {
@@ -95,6 +118,12 @@ def measure(name: str, bin_s: float | None = None) -> str:
     known = MEASURES[name]
     if bin_s is not None and bin_s == bin_s:
         return f"{known.title} ({seconds(bin_s)} bins)"
+    return f"{known.title} ({known.unit})" if known.unit else known.title
+
+
+def head_measure(name: str) -> str:
+    """Return the heading of a measure of heads, with its unit."""
+    known = HEAD_MEASURES[name]
     return f"{known.title} ({known.unit})" if known.unit else known.title
 
 

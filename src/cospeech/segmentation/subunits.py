@@ -16,7 +16,7 @@ between two of them the pose weighs more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -126,27 +126,51 @@ def boundaries(
 ) -> tuple[Integers, Integers, Flags]:
     """Return the first frames of subunits, the first frames after them, and whether they are still.
 
-    A subunit has a minimum length, or it is a short movement with a large integral of z. One that is longer than
-    ``longest_s`` is divided at the slowest frame of its middle third, until no part is too long.
+    A subunit has a minimum length, or it is a short movement with a large integral of z. Other short movements
+    belong to the stillness around them. A dip below the threshold that is too short for a subunit separates two
+    strokes at its slowest frame. A subunit that is longer than ``longest_s`` is divided at the slowest frame of its
+    middle third, until no part is too long.
 
     Parameters
     ----------
     turning : (T,) root of z.
     limit : threshold of ``turning``.
     """
-    above = turning > limit
-    least = STRONG * limit**2 * minimum_s * fps
-    starts, ends = movement.runs(above)
-    strong = np.zeros(len(above), dtype=bool)
-    for start, end in zip(starts, ends, strict=True):
-        strong[start:end] = (turning[start:end] ** 2).sum() >= least
-    moving = movement.without_short(above, minimum_s * fps, keep=strong)
-    starts, ends = movement.runs(moving)
+    shortest = minimum_s * fps - 1e-6  # a product of seconds and rate is rounded
+    strong = STRONG * limit**2 * minimum_s * fps
+    run = np.append(0.0, np.cumsum(turning**2))
+
+    def enough(start: int, end: int) -> bool:
+        return bool(end - start >= shortest or run[end] - run[start] >= strong)
+
+    moving = turning > limit
+    for start, end in _runs_of(moving, True):
+        moving[start:end] = enough(start, end)
+    if moving.any():
+        for start, end in _runs_of(moving, False):
+            moving[start:end] = end - start < shortest
     cuts = [0]
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        cuts += _divided(turning, start, end, max(3.0, longest_s * fps))
+    for start, end in zip(*(frames.tolist() for frames in movement.runs(moving)), strict=True):
+        for stroke in _strokes(turning, start, end, limit, enough) if moving[start] else [end]:
+            cuts += _divided(turning, cuts[-1], stroke, max(3.0, longest_s * fps))
     first = np.array(cuts[:-1], dtype=np.int64)
     return first, np.array(cuts[1:], dtype=np.int64), ~moving[first]
+
+
+def _runs_of(flags: Flags, value: bool) -> list[tuple[int, int]]:
+    """Return the first frame of each run of ``value``, and the first frame after it."""
+    starts, ends = movement.runs(flags)
+    chosen = flags[starts] == value
+    return list(zip(starts[chosen].tolist(), ends[chosen].tolist(), strict=True))
+
+
+def _strokes(turning: Floats, start: int, end: int, limit: float, enough: Callable[[int, int], bool]) -> list[int]:
+    """Return the ends of the strokes of one movement. The slowest dip between two of them is the first boundary."""
+    low = start + np.flatnonzero(turning[start:end] <= limit)
+    for cut in low[np.argsort(turning[low], kind="stable")].tolist():
+        if enough(start, cut) and enough(cut, end):
+            return _strokes(turning, start, cut, limit, enough) + _strokes(turning, cut, end, limit, enough)
+    return [end]
 
 
 def _divided(turning: Floats, start: int, end: int, longest: float) -> list[int]:

@@ -92,25 +92,45 @@ def record_visibility(shots: Iterable[tuple[Planes, Floats]], seen: Floats) -> I
         yield planes
 
 
+class Reel:
+    """A film that is written frame by frame, as MJPEG 4:4:4 in Matroska, and completed at the end of its context."""
+
+    def __init__(self, path: Path, fps: float) -> None:
+        self._rate = Fraction(fps).limit_denominator(1000)
+        self._container = av.open(str(path), "w", format="matroska", container_options={"fflags": "+bitexact"})
+        self._stream = self._container.add_stream("mjpeg", rate=self._rate)
+        self._stream.codec_context.thread_count = 1
+        self._stream.pix_fmt = PIXELS
+        self._stream.options = {"qmin": str(QUALITY), "qmax": str(QUALITY), "flags": "+bitexact"}
+        self._shown: av.VideoFrame | None = None
+        self._number = 0
+
+    def __enter__(self) -> Reel:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if error[0] is None:
+            self._container.mux(self._stream.encode())
+        self._container.close()
+
+    def add(self, planes: Planes) -> None:
+        """Append one frame, (3, H, W)."""
+        if self._shown is None:  # reused, because allocating each frame costs a third as much as encoding it
+            self._stream.height, self._stream.width = planes.shape[1:]
+            self._shown = av.VideoFrame(self._stream.width, self._stream.height, PIXELS)
+        for plane, values in zip(self._shown.planes, planes, strict=True):
+            rows = np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
+            rows[:, : plane.width] = values
+        self._shown.pts, self._shown.time_base = self._number, 1 / self._rate
+        self._number += 1
+        self._container.mux(self._stream.encode(self._shown))
+
+
 def encode(path: Path, planes: Iterable[Planes], fps: float) -> None:
-    """Write ``planes``, each (3, H, W) and possibly one array that is overwritten, as MJPEG 4:4:4 in Matroska."""
-    with av.open(str(path), "w", format="matroska", container_options={"fflags": "+bitexact"}) as container:
-        rate = Fraction(fps).limit_denominator(1000)
-        stream = container.add_stream("mjpeg", rate=rate)
-        stream.codec_context.thread_count = 1
-        stream.pix_fmt = PIXELS
-        stream.options = {"qmin": str(QUALITY), "qmax": str(QUALITY), "flags": "+bitexact"}
-        shown = None
-        for number, frame in enumerate(planes):
-            if shown is None:  # reused, because allocating each frame costs a third as much as encoding it
-                stream.height, stream.width = frame.shape[1:]
-                shown = av.VideoFrame(stream.width, stream.height, PIXELS)
-            for plane, values in zip(shown.planes, frame, strict=True):
-                rows = np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
-                rows[:, : plane.width] = values
-            shown.pts, shown.time_base = number, 1 / rate
-            container.mux(stream.encode(shown))
-        container.mux(stream.encode())
+    """Write ``planes``, each (3, H, W) and possibly one array that is overwritten, as the film ``path``."""
+    with Reel(path, fps) as reel:
+        for frame in planes:
+            reel.add(frame)
 
 
 def decode(path: Path) -> Iterator[Planes]:

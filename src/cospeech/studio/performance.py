@@ -19,8 +19,9 @@ from cospeech.data.arrays import Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.data.segments import at_times, frame_times
 from cospeech.data.vocabulary import GESTURES
+from cospeech.motion import head
 from cospeech.motion.skeleton import JOINTS
-from cospeech.studio import arousal, motion
+from cospeech.studio import arousal, head_gestures, motion
 from cospeech.studio.choreography import (
     AT_REST,
     FIGURES,
@@ -118,6 +119,27 @@ def perform(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.
     scene : the scene of the record. Without arousal and subunits, ``motion`` performs its script.
     fps : frame rate of the motion.
     """
+    body = _body(actor, record, scene, fps, seed)
+    return body if scene.heads is None else head.moved(body, head.table(head_angles(actor, scene, fps, seed), fps))
+
+
+def head_angles(actor: str, scene: Scene, fps: float, seed: int) -> Floats:
+    """Return the angles of the head relative to the trunk, (T, 3) in degrees, in a scene with head gestures.
+
+    Where the head also has subunits, which follow syllables, both are added.
+    """
+    assert scene.heads is not None
+    times_s = frame_times(round(float(scene.heads["end_s"].iloc[-1]) * fps), fps)
+    angles = head_gestures.perform(head_gestures.habits(actor, seed), scene.heads, times_s, seed)
+    if scene.subunits is not None:
+        rows = scene.subunits[scene.subunits["section"] == "head"]
+        rng = random_source(seed, "head subunits", str(rows["record"].iloc[0]))
+        angles += _poses(rows, HEAD_DEG, HEAD_SPREAD_DEG, times_s, rng)
+    return angles
+
+
+def _body(actor: str, record: str, scene: Scene, fps: float, seed: int) -> pd.DataFrame:
+    """Return the motion table of one record without head gestures."""
     if scene.shown is None and scene.subunits is None:
         return motion.perform(actor, record, scene.gestures, scene.prosody, fps, seed)
     rng = random_source(seed, "motion", record)

@@ -1,14 +1,15 @@
 """The scene of a record: everything that is planted in it, in any world.
 
 In the world ``phrases``, this is the script alone. The other worlds add syllables, and, depending on the world,
-arousal and the subunits that follow syllables. ``worlds`` describes what depends on what.
+arousal, the subunits that follow syllables, or pitch movements and the head gestures that are joined with them.
+``worlds`` describes what depends on what.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ import pandas as pd
 from cospeech.data.arrays import Flags, Floats
 from cospeech.data.rng import random_source
 from cospeech.data.vocabulary import GESTURES
-from cospeech.studio import arousal, cast, script, subunits, syllables, worlds
+from cospeech.studio import arousal, cast, head_gestures, movements, script, subunits, syllables, worlds
 from cospeech.studio.syllables import Delivery
 from cospeech.studio.worlds import Couplings
 
@@ -27,6 +28,9 @@ TABLES = {
     "arousal_speech": ("spoken", "segments"),
     "arousal_hands": ("shown", "segments"),
     "subunits": ("subunits", "planted_subunits"),
+    "melody_patterns": ("movements", "segments"),
+    "head_patterns": ("heads", "segments"),
+    "head_joints": ("joints", "head_joints"),
 }
 """The tables of what is planted in records: the attribute of a scene, and the schema, by name."""
 
@@ -40,18 +44,22 @@ distribution that is added, as no sample contains all durations that are possibl
 
 @dataclass(frozen=True)
 class Player:
-    """An actor of the studio in one world: the gestures, the arousal, and the streams of subunits.
+    """An actor of the studio in one world: the gestures, the arousal, the subunits, and the habits of voice and head.
 
     Attributes
     ----------
     member : the semi-Markov process of gesture phrases.
     arousal_model : the arousal, None if the world contains none.
     streams : the streams of subunits by section, None if the world contains none.
+    following : (K, K) probability of the next pitch movement, None unless all speech consists of them.
+    head : the head gestures, used where they are joined with pitch movements.
     """
 
     member: cast.Member
     arousal_model: arousal.ArousalModel | None
     streams: dict[str, subunits.Stream] | None
+    following: Floats | None
+    head: head_gestures.Habits
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,8 @@ class Scene:
         ``planted_syllables``); None in the world ``phrases``.
     spoken, shown : arousal in the speech and in the hands, segment tables; None if the world contains none.
     subunits : schema ``planted_subunits``; None if the world contains none.
+    movements, heads : pitch movements and head gestures, segment tables; None if they are not joined.
+    joints : schema ``head_joints``; None if they are not joined.
     """
 
     gestures: pd.DataFrame
@@ -73,12 +83,18 @@ class Scene:
     spoken: pd.DataFrame | None = None
     shown: pd.DataFrame | None = None
     subunits: pd.DataFrame | None = None
+    movements: pd.DataFrame | None = None
+    heads: pd.DataFrame | None = None
+    joints: pd.DataFrame | None = None
 
     def delivery(self) -> Delivery | None:
         """Return how the record is spoken, None in the world ``phrases``."""
         if self.syllables is None:
             return None
-        return Delivery(self.syllables.query("source == 'own'").reset_index(drop=True), self.spoken)
+        own = self.syllables.query("source == 'own'").reset_index(drop=True)
+        if self.spoken is None and self.subunits is None:  # all speech consists of pitch movements
+            return Delivery(own, None, flatness=1.0, accents=movements.ACCENTS)
+        return Delivery(own, self.spoken)
 
 
 def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: float) -> Player:
@@ -88,6 +104,8 @@ def player(actor: str, world: str, seed: int, frame_s: float, max_duration_s: fl
         cast.member(actor, seed, frame_s, max_duration_s),
         None if couplings.vigour is None else arousal.model(actor, seed, frame_s),
         None if couplings.syllables is None else subunits.streams(actor, world, seed),
+        None if couplings.patterns is None else movements.habits(actor, seed),
+        head_gestures.habits(actor, seed),
     )
 
 
@@ -101,7 +119,22 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
     couplings : the couplings of the world.
     frame_s : spacing of prosody frames.
     """
-    gestures, prosody = script.write(own.member, record, duration_s, couplings.phrases or 0.0, frame_s, seed)
+    body = _body(own, record, duration_s, couplings, frame_s, seed)
+    if couplings.patterns is None:
+        return body
+    spoken = movements.of_phrases(body.prosody)
+    elsewhere = f"{record} of another head"
+    unheard = movements.of_phrases(_speech(own, elsewhere, duration_s, 0.0, frame_s, seed)[1])
+    heads, joints = head_gestures.write(own.head, spoken, unheard, couplings.patterns, frame_s, seed)
+    return replace(body, movements=spoken, heads=heads, joints=joints)
+
+
+def _body(own: Player, record: str, duration_s: float, couplings: Couplings, frame_s: float, seed: int) -> Scene:
+    """Return the scene of one record without the gestures of the head."""
+    gestures, prosody, spoken_syllables = _speech(own, record, duration_s, couplings.phrases or 0.0, frame_s, seed)
+    if spoken_syllables is not None:
+        table = _planted(record, "own", spoken_syllables)
+        return Scene(gestures, prosody, table.assign(followed=False))
     if own.arousal_model is None and own.streams is None:
         return Scene(gestures, prosody)
     n_frames = int(prosody["end_frame"].iloc[-1])
@@ -120,6 +153,18 @@ def write(own: Player, record: str, duration_s: float, couplings: Couplings, fra
     return Scene(gestures, prosody, table, spoken, shown, moved)
 
 
+def _speech(
+    own: Player, record: str, duration_s: float, coupling: float, frame_s: float, seed: int
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame | None]:
+    """Return gesture phrases and intonation phrases, and the syllables of speech that consists of pitch movements."""
+    gestures, prosody = script.write(own.member, record, duration_s, coupling, frame_s, seed)
+    if own.following is None:
+        return gestures, prosody, None
+    spoken = syllables.sample(prosody, None, random_source(seed, "syllables", record))
+    rng = random_source(seed, "movements of record", record)
+    return gestures, movements.write(prosody, spoken, own.following, frame_s, rng), spoken
+
+
 def truth(players: Mapping[str, Player], couplings: Mapping[str, Couplings]) -> dict[str, pd.DataFrame]:
     """Return what is planted of the actors besides their gestures, as tables by the name of their schema.
 
@@ -136,6 +181,9 @@ def truth(players: Mapping[str, Player], couplings: Mapping[str, Couplings]) -> 
     ]
     if states:
         tables["arousal_states"] = pd.concat(states, ignore_index=True)
+    heads = {actor: own.head for actor, own in players.items() if couplings[actor].patterns is not None}
+    if heads:
+        tables["head_habits"] = head_gestures.truth(heads)
     streams = {actor: own.streams for actor, own in players.items() if own.streams is not None}
     return tables | (subunits.tables(streams) if streams else {})
 

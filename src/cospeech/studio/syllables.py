@@ -133,10 +133,14 @@ class Delivery:
     ----------
     syllables : the syllables of the record.
     spoken : the arousal of its speech as a segment table, or None.
+    flatness : factor of the contours of prosody patterns.
+    accents : factor of the inflections and the loudness of syllables.
     """
 
     syllables: pd.DataFrame
     spoken: pd.DataFrame | None
+    flatness: float = FLATNESS
+    accents: float = 1.0
 
     def contours(self, prosody: pd.DataFrame, times_s: Floats) -> tuple[Floats, Floats]:
         """Return pitch in semitones re the speaker's base, and intensity in decibels re full scale, at ``times_s``.
@@ -145,15 +149,15 @@ class Delivery:
         """
         pitch_st, intensity_db = phrase_contours(prosody, times_s)
         widened = arousal.effect(self.spoken, arousal.PITCH_RANGE, times_s)
-        pitch_st = LOWEST_ST + widened * (FLATNESS * pitch_st - LOWEST_ST)
-        intensity_db = LEVEL_DB - HEADROOM_DB + FLATNESS * (intensity_db - LEVEL_DB)
+        pitch_st = LOWEST_ST + widened * (self.flatness * pitch_st - LOWEST_ST)
+        intensity_db = LEVEL_DB - HEADROOM_DB + self.flatness * (intensity_db - LEVEL_DB)
         intensity_db += arousal.effect(self.spoken, arousal.LOUDNESS_DB, times_s)
         if len(self.syllables):
             start_s, end_s = (self.syllables[name].to_numpy() for name in ("start_s", "end_s"))
             row = np.clip(np.searchsorted(start_s, times_s, side="right") - 1, 0, len(start_s) - 1)
             share = np.clip((times_s - start_s[row]) / (end_s[row] - start_s[row]), 0.0, 1.0)
-            pitch_st += self._of_level("inflection", INFLECTION_ST)[row] * (share - 0.5)
-            intensity_db += self._of_level("loudness", LOUDNESS_DB)[row]
+            pitch_st += self.accents * self._of_level("inflection", INFLECTION_ST)[row] * (share - 0.5)
+            intensity_db += self.accents * self._of_level("loudness", LOUDNESS_DB)[row]
             from_peak = np.where(share < PEAK, 1.0 - share / PEAK, (share - PEAK) / (1.0 - PEAK))
             intensity_db -= TROUGH_DB * np.sin(0.5 * np.pi * from_peak) ** 2
         return pitch_st, intensity_db

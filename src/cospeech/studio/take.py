@@ -1,8 +1,9 @@
-"""One take: the performance filmed by all cameras, and the true positions of the markers."""
+"""One take: the performance filmed by all cameras, and the true positions of the markers; or the head in stereo."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ import pandas as pd
 from cospeech.data import tables
 from cospeech.geometry.camera import Camera
 from cospeech.motion import skeleton
-from cospeech.studio import dress, film, planted, stage
+from cospeech.studio import dress, face, film, planted, stage
+from cospeech.studio.face import Acting, Appearance
 
 
 def shoot(
@@ -31,3 +33,23 @@ def shoot(
         with tables.replacing(path) as temporary:
             film.encode(temporary, film.record_visibility(film.frames(camera, limbs, markers, seed), shown), fps)
     return planted.in_views(cameras, markers, seen), planted.in_world(markers, seen, fps)
+
+
+def shoot_head(
+    acting: Acting, looks: Appearance, cameras: Sequence[Camera], paths: Sequence[str | Path], fps: float, seed: int
+) -> None:
+    """Film a talking head from all cameras at once.
+
+    Parameters
+    ----------
+    acting : what the head does in each frame.
+    looks : the look of the actor.
+    paths : path of the film of each camera.
+    fps : frame rate of the films.
+    """
+    with ExitStack() as stack:
+        temporary = [stack.enter_context(tables.replacing(path)) for path in paths]
+        reels = [stack.enter_context(film.Reel(path, fps)) for path in temporary]
+        for views in face.frames(acting, looks, cameras, seed=seed):
+            for reel, planes in zip(reels, views, strict=True):
+                reel.add(planes)

@@ -8,7 +8,10 @@ such assumption, so that methods can be compared where their own assumption hold
   vigorously the hands move; the form of a gesture does not depend on speech (Levine et al. 2010);
 - ``syllables``: strokes end at or before the peaks of syllables, and the next subunit of a gesture depends on the
   current one and on the inflection, loudness and length of a syllable (Levine 2009);
-- ``all``: all of these at once.
+- ``patterns``: head gestures are joined with pitch movements over several syllables (Sargin 2006);
+- ``all``: the first three at once.
+
+In every world, the head can also be joined with the pitch movements that its speech contains anyway.
 
 The coupling of a part of a world is the share of time in which the body listens: in random spans of a few seconds, it
 follows either the speech of its record or that of an independent sample. Its behaviour has the same distribution
@@ -24,7 +27,8 @@ import numpy as np
 
 from cospeech.data.arrays import Flags, Floats
 
-PARTS = ("phrases", "vigour", "syllables")
+BODY = ("phrases", "vigour", "syllables")
+"""The parts of the world ``all``."""
 
 LISTENING_S, LISTENING_SHAPE = 6.0, 4.0
 """Mean duration and shape of the gamma distribution of the spans in which the body listens or not."""
@@ -36,18 +40,21 @@ class Couplings(NamedTuple):
     phrases: float | None
     vigour: float | None
     syllables: float | None
+    patterns: float | None = None
 
 
-def couplings(world: str, coupling: float, own: Mapping[str, float]) -> Couplings:
+def couplings(world: str, coupling: float, own: Mapping[str, float], head: float | None = None) -> Couplings:
     """Return the couplings of the parts of a world.
 
     Parameters
     ----------
-    world : one of ``PARTS``, or ``all``.
+    world : one of ``BODY``, ``patterns``, or ``all``.
     coupling : the coupling of every part that is not in ``own``.
     own : couplings of single parts.
+    head : coupling of the head in worlds other than ``patterns``, None where it has no patterns.
     """
-    return Couplings(*(own.get(part, coupling) if world in (part, "all") else None for part in PARTS))
+    phrases, vigour, syllables = (own.get(part, coupling) if world in (part, "all") else None for part in BODY)
+    return Couplings(phrases, vigour, syllables, coupling if world == "patterns" else head)
 
 
 def listening(duration_s: float, coupling: float, rng: np.random.Generator) -> tuple[Floats, Flags]:

@@ -5,6 +5,7 @@ Their synthesis of a whole record is a loop over the same steps, so live and off
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -72,8 +73,21 @@ class Heard(NamedTuple):
     melody: Floats = NO_MELODY
 
 
+class Controls(NamedTuple):
+    """What can be changed while a live system runs: keywords that call for gestures, and styles of the motion."""
+
+    keywords: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+
+
 class LiveMethod(Protocol):
-    """The module behind a declaration with ``live``: these functions take the place of ``Method.synthesise``."""
+    """The module behind a declaration with ``live``: these functions take the place of ``Method.synthesise``.
+
+    A system that can be changed while it runs also has ``controls(model) -> Controls`` and ``prepare(state, name,
+    value)``, where the name is ``keyword`` or ``style:<name>``. The latter raises UserError if there is no such
+    keyword or style. It may be called in another thread, changes nothing, and returns a function that makes the
+    change.
+    """
 
     def start(self, model: Model, stream: Stream, seed: int) -> State:
         """Return the state before anything is heard."""
@@ -121,7 +135,12 @@ def frame_known(known_s: Floats, frame_s: float) -> npt.NDArray[np.int64]:
 
     A live listener that has heard a frame to its end knows what becomes known by then.
     """
-    return np.maximum(np.ceil(known_s / frame_s - 1e-6).astype(np.int64) - 1, 0)
+    return np.array([frame_at(one, frame_s) for one in known_s.tolist()], dtype=np.int64)
+
+
+def frame_at(known_s: float, frame_s: float) -> int:
+    """Return the prosody frame with which one syllable becomes known; see ``frame_known``."""
+    return max(math.ceil(known_s / frame_s - 1e-6) - 1, 0)
 
 
 def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, seed: int) -> Synthesis:

@@ -8,10 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import numpy as np
 
 from cospeech.data import vocabulary
+from cospeech.motion.body import Body
+from cospeech.motion.library import Poses
 from cospeech.viewer import surface
-from cospeech.viewer.takes import Take, packed
+from cospeech.viewer.takes import Articulated, Take, Version, packed
 
 FOLDER = Path(__file__).parent
 
@@ -40,15 +43,35 @@ def page(title: str, takes: Sequence[Take]) -> str:
         if version.phrases is not None
         for label in version.phrases["label"]
     }
+    return _rendered(title, sorted(labels), [f"viewer.add({script_data(packed(take))});" for take in takes])
+
+
+def _rendered(title: str, labels: Sequence[str], calls: Sequence[str]) -> str:
+    """Return a page on which a viewer is mounted and called."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(FOLDER), autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template("page.html.jinja").render(
-        title=title,
-        parts=parts(),
-        stage=script_data(stage(sorted(labels))),
-        takes=[script_data(packed(take)) for take in takes],
+        title=title, parts=parts(), stage=script_data(stage(labels)), calls=calls
     )
+
+
+def live_page(
+    body: Body, fps: float, styles: Sequence[str], keywords: Sequence[str], socket: str, skinned: bool
+) -> str:
+    """Return a page that shows a body as its poses arrive at a websocket.
+
+    Parameters
+    ----------
+    body, fps : the body, and the rate of its frames.
+    styles, keywords : what can be chosen on the page.
+    socket : path of the websocket.
+    skinned : whether the body is drawn with the surface of the standard body.
+    """
+    still = Poses(np.zeros((1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (1, len(body.joints), 1)))
+    take = Take("Live", [Version("Live", Articulated(body, still), fps, skinned=skinned)])
+    followed = {"socket": socket, "styles": list(styles), "keywords": list(keywords)}
+    return _rendered("Live", [], [f"viewer.follow({script_data(packed(take))}, {script_data(followed)});"])
 
 
 def take_script(source: str, take: Take) -> str:

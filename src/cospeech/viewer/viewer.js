@@ -142,20 +142,14 @@ var CospeechViewer = (() => {
     }
 
     addSurface(surface) {
-      const geometry = new THREE.BufferGeometry(), joints = new Uint16Array(bytes(surface.joint).buffer);
-      const weights = new Float32Array(bytes(surface.weight).buffer), n = weights.length;
-      const indices = new Uint16Array(4 * n), shares = new Float32Array(4 * n);
-      for (let v = 0; v < n; v++) {
-        indices[4 * v] = joints[2 * v]; indices[4 * v + 1] = joints[2 * v + 1];
-        shares[4 * v] = weights[v]; shares[4 * v + 1] = 1 - weights[v];
-      }
-      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes(surface.position).buffer), 3));
-      geometry.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(bytes(surface.normal).buffer), 3));
-      geometry.setAttribute("skinIndex", new THREE.BufferAttribute(indices, 4));
-      geometry.setAttribute("skinWeight", new THREE.BufferAttribute(shares, 4));
-      const shades = Float32Array.from(bytes(surface.colour), value => ((value / 255) ** 2.2));
-      geometry.setAttribute("color", new THREE.BufferAttribute(shades, 3));
-      geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(surface.triangle).buffer), 1));
+      const geometry = new THREE.BufferGeometry(), numbers = (text, Kind) => new Kind(bytes(text).buffer);
+      const attribute = (text, Kind, width) => new THREE.BufferAttribute(numbers(text, Kind), width);
+      geometry.setAttribute("position", attribute(surface.position, Float32Array, 3));
+      geometry.setAttribute("normal", attribute(surface.normal, Float32Array, 3));
+      geometry.setAttribute("skinIndex", attribute(surface.joint, Uint16Array, 4));
+      geometry.setAttribute("skinWeight", attribute(surface.weight, Float32Array, 4));
+      geometry.setAttribute("color", attribute(surface.colour, Float32Array, 3));
+      geometry.setIndex(attribute(surface.triangle, Uint32Array, 1));
       this.joints = this.version.parents.map(() => new THREE.Bone());
       this.joints.forEach(joint => this.group.add(joint));
       const rest = { ...this.version, frames: 1, root: new Float32Array(3), turns: Float32Array.from({ length: 4 * this.n }, (_, i) => i % 4 ? 0 : 1) };
@@ -437,6 +431,77 @@ var CospeechViewer = (() => {
     });
   }
 
+  /* ---- motion that arrives while somebody speaks ---- */
+
+  class Live {
+    constructor(viewer, controls) {
+      this.viewer = viewer; this.delays = []; this.offsets = [];
+      this.panel = element("div", { class: "cv-row cv-live" });
+      for (const style of controls.styles) this.panel.append(this.slider(style));
+      controls.keywords.forEach((word, k) => this.panel.append(this.word(word, k)));
+      this.delay = element("output", { class: "cv-time", "aria-label": "Delay" });
+      this.panel.append(this.delay);
+      viewer.element.querySelector(".cv-bar").after(this.panel);
+      this.keywords = controls.keywords;
+      this.connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${controls.socket}`);
+    }
+
+    slider(style) {
+      const range = element("input", { type: "range", min: "0", max: "1", step: "0.05", value: "0", "aria-label": style });
+      range.addEventListener("change", () => this.send({ name: `style:${style}`, value: Number(range.value) }));
+      return element("label", { class: "cv-slider", text: style }, range);
+    }
+
+    word(word, k) {
+      return this.viewer.button(k < 9 ? `${k + 1} ${word}` : word, `Gesture for ${word}`, () => this.call(k));
+    }
+
+    /* Call for the gesture of a keyword. */
+    call(k) { if (this.keywords[k] !== undefined) this.send({ name: "keyword", value: this.keywords[k] }); }
+
+    send(message) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message)); }
+
+    connect(address) {
+      this.socket = new WebSocket(address);
+      this.socket.binaryType = "arraybuffer";
+      this.socket.onopen = () => { this.viewer.say(""); this.ask(); };
+      this.socket.onclose = () => {
+        this.viewer.say("The program that makes the motion has ended or cannot be reached. This page waits for it.");
+        setTimeout(() => this.connect(address), 1000);
+      };
+      this.socket.onmessage = event => typeof event.data === "string" ? this.answer(JSON.parse(event.data)) : this.take(event.data);
+    }
+
+    /* Ask for the time of the other clock, which the smallest of some differences tells best. */
+    ask() { this.send({ asked: performance.now() }); }
+
+    answer({ asked, now: theirs }) {
+      const now = performance.now();
+      this.offsets.push({ trip: now - asked, offset: 1000 * theirs - (now + asked) / 2 });
+      if (this.offsets.length < 8) setTimeout(() => this.ask(), 50);
+      this.offset = this.offsets.reduce((a, b) => a.trip <= b.trip ? a : b).offset;
+    }
+
+    take(data) {
+      const { version } = this.viewer.figures[0], view = new DataView(data);
+      const arrived = 1000 * view.getFloat64(4, true), numbers = new Float32Array(data.slice(12));
+      version.root.set(numbers.subarray(0, 3));
+      version.turns.set(numbers.subarray(3));
+      this.frame = view.getUint32(0, true);
+      this.viewer.changed = true;
+      requestAnimationFrame(() => this.seen(arrived));
+    }
+
+    /* Note the delay of a frame that has been drawn. */
+    seen(arrived) {
+      if (this.offset === undefined) return;
+      this.delays.push(performance.now() + this.offset - arrived);
+      if (this.delays.length > 60) this.delays.shift();
+      const sorted = [...this.delays].sort((a, b) => a - b);
+      this.delay.textContent = `sound to picture ${sorted[sorted.length >> 1].toFixed(0)} ms`;
+    }
+  }
+
   /* ---- the viewer ---- */
 
   /* A grid of squares of half a metre. Its lines are cut at every crossing, since some renderers drop lines that pass
@@ -499,15 +564,20 @@ var CospeechViewer = (() => {
       this.timeline = new Timeline(this.scrubber, this);
       const bar = element("div", { class: "cv-bar", role: "toolbar", "aria-label": "Playback" },
         this.playButton,
-        this.button("◀︎|", "One frame back (left arrow)", () => this.step(-1)),
-        this.button("|▶︎", "One frame on (right arrow)", () => this.step(1)),
+        this.stepButton("◀︎|", "One frame back (left arrow)", -1), this.stepButton("|▶︎", "One frame on (right arrow)", 1),
         this.clockText, this.speed, this.lookChoice, this.overlayButton, this.trailButton,
         this.button("Front", "View from the front (f)", () => this.view(0)),
         this.button("Side", "View from the left of the bodies (s)", () => this.view(90)));
       this.element.append(element("div", { class: "cv-stage" }, this.canvas, this.names, this.note), bar,
         element("div", { class: "cv-row" }, this.choice, this.chips), this.scrubber,
-        element("p", { class: "cv-help", text: "Drag to turn, scroll to zoom. Space plays, the arrow keys step by frames (with Shift by seconds), 1 to 9 show and hide versions." }));
+        this.help = element("p", { class: "cv-help", text: "Drag to turn, scroll to zoom. Space plays, the arrow keys step by frames (with Shift by seconds), 1 to 9 show and hide versions." }));
       this.element.addEventListener("keydown", event => this.key(event));
+    }
+
+    stepButton(text, title, frames) {
+      const made = this.button(text, title, () => this.step(frames));
+      made.className = "cv-step";
+      return made;
     }
 
     /* A button with a hint; one with a symbol instead of a word is read out as its hint. */
@@ -643,6 +713,15 @@ var CospeechViewer = (() => {
       this.changed = true;
     }
 
+    /* Show poses as they arrive at a websocket. `controls` names the socket, styles and keywords. */
+    async follow(take, controls) {
+      this.add(take);
+      await this.ready;
+      this.live = new Live(this, controls);
+      for (const part of [this.playButton, this.scrubber, this.speed, this.chips, ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
+      this.help.textContent = "Drag to turn, scroll to zoom.";
+    }
+
     setOverlaid(on) {
       this.overlaid = on;
       this.overlayButton.setAttribute("aria-pressed", String(on));
@@ -678,6 +757,7 @@ var CospeechViewer = (() => {
         ArrowRight: () => this.step(event.shiftKey ? this.second : 1), Home: () => this.seek(0), End: () => this.seek(this.clock.duration),
         o: () => this.setOverlaid(!this.overlaid), t: () => this.setTrails(!this.trails), f: () => this.view(0), s: () => this.view(90),
       };
+      if (this.live && /^[1-9]$/.test(event.key)) { this.live.call(event.key - 1); return; }
       const act = acts[event.key] || (/^[1-9]$/.test(event.key) && this.figures[event.key - 1]
         ? () => this.show(event.key - 1, !this.figures[event.key - 1].on) : null);
       if (!act || (event.key === " " && event.target.tagName === "BUTTON")) return;
@@ -713,7 +793,7 @@ var CospeechViewer = (() => {
       this.figures.forEach((figure, k) => { if (figure.on) figure.show(this.time, this.look, this.trails, this.overlaid && k !== first); });
       renderer.render(scene, camera);
       this.placeNames();
-      this.clockText.textContent = `${words(this.time, true)} / ${words(this.clock.duration, false)}`;
+      if (!this.live) this.clockText.textContent = `${words(this.time, true)} / ${words(this.clock.duration, false)}`;
       this.scrubber.setAttribute("aria-valuemax", this.clock.duration.toFixed(2));
       this.scrubber.setAttribute("aria-valuenow", this.time.toFixed(2));
       this.scrubber.setAttribute("aria-valuetext", words(this.time, true));

@@ -40,11 +40,13 @@ class ActorWorld(NamedTuple):
     world : what depends on speech.
     coupling : how much of it does, 0 to 1.
     couplings : coupling of single parts of the world ``all``, where it differs.
+    head : coupling of the gestures of the head in worlds other than ``patterns``, None if it has none.
     """
 
     world: str
     coupling: float
     couplings: dict[str, float]
+    head: float | None = None
 
 
 def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
@@ -58,9 +60,15 @@ def actor_worlds(studio: Config) -> dict[str, ActorWorld]:
             world := actor.get("world", studio["world"]),
             actor.get("coupling", studio["coupling"]),
             dict(studio["couplings"]) if world == "all" and "coupling" not in actor else {},
+            actor.get("head_coupling", studio["head_coupling"]),
         )
         for actor in studio["actors"]
     }
+
+
+def identifies(config: Config) -> bool:
+    """Return whether a run identifies speakers by voice and lips, and has no actors."""
+    return bool(config["identity"]["population"] or config["identity"]["sheet"])
 
 
 @functools.cache
@@ -150,8 +158,11 @@ def check_systems(config: Config, systems: Mapping[str, Any], failed: Collection
     failed : names of systems that could not be loaded. They can be named, and are left out.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
-    if not any(system.role == "system" for system in systems.values()):
+    whole = [system for system in systems.values() if system.makes != "head"]
+    if not any(system.role == "system" for system in whole or systems.values()):
         raise UserError("config: synthesis.systems chooses no system that listens to speech; name at least one")
+    if not whole:
+        return  # there are heads alone, and no video of a body
     for name in animation["systems"]:
         if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")
@@ -216,11 +227,15 @@ def _impossible(config: Config) -> list[str]:
     if (corpus["name"] == "virtual") != (corpus["source"] == "studio"):
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
     problems += _impossible_calibration(config["capture"]["calibration"])
-    if corpus["source"] == "recorded" and not corpus["records"] and not calibrates(config):
+    problems += _impossible_identity(config)
+    if corpus["source"] == "recorded" and not (corpus["records"] or calibrates(config) or identifies(config)):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
     up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
     if up[-1] == facing[-1]:
         problems.append(f"corpus.markers: up is '{up}' and facing '{facing}'; they must lie along different axes")
+    up, facing = (corpus["head"][key] for key in ("up", "facing"))
+    if up[-1] == facing[-1]:
+        problems.append(f"corpus.head: up is '{up}' and facing '{facing}'; they must lie along different axes")
     for name in names if isinstance(names, dict) else ():
         if name not in NAMES:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)[0]
@@ -250,13 +265,40 @@ def _impossible(config: Config) -> list[str]:
                 problems.append(
                     "phrases.gesture.first_examples: rules need motion, which studio.sound: false leaves out"
                 )
-            moving = [own.world for own in actor_worlds(studio).values() if own.world != "phrases"]
+            moving = [own.world for own in actor_worlds(studio).values() if own.world not in ("phrases", "patterns")]
             if moving:
                 problems.append(f"studio.world: '{moving[0]}' is about how the body moves; set studio.motion to true")
         if studio["couplings"] and not any(own.couplings for own in actor_worlds(studio).values()):
             problems.append("studio.couplings are those of the parts of the world 'all'; use studio.coupling")
         if studio["film"] and not studio["sound"]:
             problems.append("studio.film needs studio.sound: without it, nobody is filmed")
+        unmoved = [name for name, own in actor_worlds(studio).items() if own.world != "patterns" and own.head is None]
+        if studio["film"] == "stereo" and unmoved:
+            problems.append(
+                f"studio.film: stereo films head gestures, and '{unmoved[0]}' has none; choose the world 'patterns' "
+                "for this actor, or set studio.head_coupling"
+            )
+    return problems
+
+
+def _impossible_identity(config: Config) -> list[str]:
+    problems = []
+    identity, virtual = config["identity"], config["corpus"]["source"] == "studio"
+    if identity["population"] and identity["sheet"]:
+        problems.append("identity: population and sheet exclude each other; set population to false or sheet to null")
+    if identity["population"] and not virtual:
+        problems.append("identity.population is the studio's; leave corpus.source at studio, or name a sheet instead")
+    if identity["sheet"] and virtual:
+        problems.append("identity.sheet lists recorded clips; set corpus.source to recorded and name your corpus")
+    if identity["population"]:
+        own = config["studio"]["population"]
+        if own["repetitions"] < 2:
+            problems.append("studio.population.repetitions: with one, nothing is left to test; take 2 or more")
+        if own["others"] >= min(own["speakers"], identity["populations"]["speakers"]):
+            problems.append(
+                f"studio.population.others: there are not {own['others']} names of other speakers; take fewer, or "
+                "more speakers (also in identity.populations)"
+            )
     return problems
 
 

@@ -13,17 +13,21 @@ from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import MissingFileError, UserError
 from cospeech.formats import delimited
 from cospeech.workflow import paths
-from cospeech.workflow.config import Config
+from cospeech.workflow.config import Config, actor_worlds
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
 
 RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "views", "audio",
-    "prosody", "syllables", "gestures", "annotations", "start_s", "end_s", "channel",
+    "prosody", "syllables", "melody", "gestures", "head", "film_left", "film_right", "film_cameras",
+    "annotations", "start_s", "end_s", "channel",
 )  # fmt: skip
 
-FILE_FIELDS = ("motion", "audio", "prosody", "syllables", "gestures", "annotations")
+FILE_FIELDS = (
+    "motion", "audio", "prosody", "syllables", "melody", "gestures", "head", "film_left", "film_right",
+    "film_cameras", "annotations",
+)  # fmt: skip
 
 TIMES = ("start_s", "end_s")
 
@@ -64,24 +68,16 @@ def records(config: Config, results: str) -> dict[str, Record]:
 
 
 def brings(listed: dict[str, Record]) -> frozenset[str]:
-    """Return what every record of the corpus brings: motion or gestures, and audio or prosody; nothing without any.
+    """Return what every record of the corpus brings; nothing without any record.
 
-    With prosody, they can bring syllables.
+    It is motion or gestures, or else the head alone; and audio or prosody, or, where there is only a head, audio or
+    melody. A body can come with a head of its own, and prosody with syllables and melody.
 
     Raises
     ------
     UserError : where records differ in it, or one brings nothing.
     """
-    kinds = {}
-    for name, record in listed.items():
-        body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None
-        voice = "audio" if record["audio"] else "prosody" if record["prosody"] else None
-        if body is None or voice is None:
-            missing = "motion (or views, or gestures)" if body is None else "audio (or prosody)"
-            raise UserError(f"config: record '{name}' has no {missing}; name a file for it in corpus.records")
-        if record["syllables"] and voice == "audio":
-            raise UserError(f"config: record '{name}': syllables are found in its audio; leave one of them out")
-        kinds[name] = frozenset({body, voice, *(["syllables"] if record["syllables"] else [])})
+    kinds = {name: _kinds(name, record) for name, record in listed.items()}
     if not kinds:
         return frozenset()
     first_name, first = next(iter(kinds.items()))
@@ -92,6 +88,39 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
                 f"{' and '.join(sorted(first))}; make two runs of them"
             )
     return first
+
+
+def offers(brought: frozenset[str]) -> frozenset[str]:
+    """Return what systems can need of records, from what these bring: more is found in sound and in motion."""
+    found = {"audio": {"syllables", "melody"}, "motion": {"head"}}
+    return brought.union(*(found[kind] for kind in brought & found.keys()))
+
+
+def _kinds(name: str, record: Record) -> frozenset[str]:
+    """Return what one record brings."""
+    body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None
+    head = "head" if record["head"] or record["film_left"] else None
+    melody = "melody" if record["melody"] else None
+    voice = "audio" if record["audio"] else "prosody" if record["prosody"] else None
+    if body is None and head is None:
+        raise UserError(
+            f"config: record '{name}' has no motion (or views, or gestures, or a head); name a file for it in "
+            "corpus.records"
+        )
+    if voice is None and (body or melody is None):
+        sound = "audio (or prosody)" if body else "audio (or melody)"
+        raise UserError(f"config: record '{name}' has no {sound}; name a file for it in corpus.records")
+    if body is None and voice == "prosody":
+        raise UserError(
+            f"config: record '{name}' has a head and no body, which follows pitch and intensity at 100 Hz and not "
+            "prosody; name its audio or its melody in corpus.records"
+        )
+    measured = next((kind for kind in ("syllables", "melody") if record[kind] and voice == "audio"), None)
+    if measured:
+        found = "syllables are found" if measured == "syllables" else "melody is measured"
+        raise UserError(f"config: record '{name}': {found} in its audio; leave one of them out")
+    syllables = "syllables" if record["syllables"] else None
+    return frozenset(kind for kind in (body, head, voice, melody, syllables) if kind)
 
 
 def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str, str]]:
@@ -115,6 +144,25 @@ def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str,
     return [(pair["model"], pair["voice"]) for pair in pairs]
 
 
+def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
+    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it."""
+    if film == "stereo":
+        return {"film_left": f"{raw}/left.mkv", "film_right": f"{raw}/right.mkv", "film_cameras": cameras}
+    return {"views": raw} if film else {"motion": f"{raw}.bvh"}
+
+
+def _studio_features(studio: Config) -> tuple[str, ...]:
+    """Return what a record of the studio brings without sound: a body, and a head if all actors have head gestures.
+
+    Where these are all that depends on speech, and nobody asks for motion, there is only the head.
+    """
+    worlds = actor_worlds(studio).values()
+    head = ("head", "melody") if all(own.world == "patterns" or own.head is not None for own in worlds) else ()
+    if not studio["motion"] and all(own.world == "patterns" for own in worlds):
+        return head
+    return ("motion" if studio["motion"] else "gestures", "prosody", "syllables", *head)
+
+
 def _studio_records(config: Config, results: str) -> list[Record]:
     listed = []
     for actor in config["studio"]["actors"]:
@@ -128,12 +176,11 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                body = {"views": raw} if config["studio"]["film"] else {"motion": f"{raw}.bvh"}
-                record |= body | {"audio": f"{raw}.wav"}
+                record |= _studio_body(config["studio"]["film"], raw, f"{results}/corpus/raw/stereo.toml")
+                record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
-                kinds = ("motion" if config["studio"]["motion"] else "gestures", "prosody", "syllables")
-                record |= {kind: f"{raw}.{kind}.parquet" for kind in kinds}
+                record |= {kind: f"{raw}.{kind}.parquet" for kind in _studio_features(config["studio"])}
             listed.append(record)
     return listed
 
@@ -215,8 +262,23 @@ def _check_files(listed: list[Record]) -> None:
                 raise MissingFileError(
                     record[field], f"config: record '{record['record']}': no {field} file {record[field]}"
                 )
+        _check_head(record)
         if record["motion"] and record["views"]:
             raise UserError(f"config: record '{record['record']}' has both motion and views; leave one of them out")
         start, end = record["start_s"] or 0.0, record["end_s"]
         if end is not None and end <= start:
             raise UserError(f"config: record '{record['record']}': end_s {end} is not after start_s {start}")
+
+
+def _check_head(record: Record) -> None:
+    """Raise UserError unless the head of a record comes from one source, and its films with their cameras."""
+    name, films = record["record"], [field for field in ("film_left", "film_right") if record[field]]
+    if record["head"] and films:
+        raise UserError(f"config: record '{name}' has both head and {films[0]}; leave one of them out")
+    if films == ["film_right"]:
+        raise UserError(f"config: record '{name}' has film_right without film_left; a single film is film_left")
+    if len(films) > 1 and not record["film_cameras"]:
+        raise UserError(
+            f"config: record '{name}': the cameras of its two films must be known; name a camera file (TOML of "
+            "Pose2Sim or caliscope) in film_cameras"
+        )

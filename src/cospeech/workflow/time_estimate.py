@@ -27,8 +27,8 @@ PICTURE_BYTES = 9_800
 TAKE_S = {"studio_range": 24.0, "studio_laser": 35.0, "laser": 35.0}
 """Duration of the takes that are not records."""
 
-RECORD_S = {"comparison": 0.33, "skeleton": 0.02}
-"""Seconds per second of a record, or of its video."""
+RECORD_S = {"comparison": 0.33, "skeleton": 0.02, "studio_head": 0.35}
+"""Seconds per second of a record, or of its video; a stereo film has 30 frames per second."""
 
 TRAINING_S = {
     "sweep_settings": 0.0013,

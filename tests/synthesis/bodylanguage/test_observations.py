@@ -78,10 +78,31 @@ def test_observations_fill_the_record_and_silences_are_never_long():
         silent = [observations.features(one.observation)[2] == SILENCE for one in found]
         assert len(found) - sum(silent) == len(table)
         length_s = table["end_s"] - table["start_s"]
-        longest_s = length_s.mean() + length_s.std(ddof=0)
+        piece_s = max(length_s.mean(), observations.SHORTEST_SILENCE_S)
         for one, is_silent in zip(found, silent, strict=True):
-            assert not is_silent or one.end_s - one.start_s <= longest_s + 1e-9
-        assert found[-1].end_s >= duration_s - wait_s - longest_s - 0.05
+            assert not is_silent or one.end_s - one.start_s <= piece_s + 1e-9
+        assert found[-1].end_s >= duration_s - wait_s - piece_s - 0.05
+
+
+def test_the_closure_of_a_stop_is_not_a_silence():
+    """Each syllable but the first follows a gap; only the gaps that are long enough for a pause are observed."""
+    gaps_s = [0.03, 0.12, 0.099, 0.11, 0.02]
+    starts = np.cumsum([0.0, *(0.2 + np.array(gaps_s))])
+    table = pd.DataFrame({"record": "one", "start_s": starts, "end_s": starts + 0.2, "known_s": starts + 0.21})
+    table[["f0_rise_hz", "f0_fall_hz", "intensity_db"]] = 1.0
+    found = observations.observe(table, float(starts[-1]) + 0.25, 0.025, 0.4)
+    silent = [one for one in found if observations.features(one.observation)[2] == SILENCE]
+    assert len(found) == len(table) + 2
+    np.testing.assert_allclose([one.end_s - one.start_s for one in silent], [0.12, 0.11])
+
+
+def test_long_silences_end_for_any_lengths_of_syllables():
+    """Also where syllables are shorter than the shortest silence."""
+    statistics = Statistics(np.array([0.0, 0.0, 0.0, 0.04]), np.full(4, 0.01), 10.0)
+    listener = observations.Listener(statistics, 0.2)
+    found = [one for frame in range(80) for one in listener.hear(0.025 * (frame + 1), [])]
+    np.testing.assert_allclose(np.diff([one.end_s for one in found]), observations.SHORTEST_SILENCE_S)
+    assert found[-1].end_s == pytest.approx(1.7, abs=0.11)
 
 
 def test_a_listener_needs_nothing_that_is_not_known_yet():

@@ -135,7 +135,7 @@ def test_a_subunit_of_a_similar_first_pose_is_selected_and_all_similar_ones_alik
         cluster = rng.integers(4)
         members = sections.members[sections.first[s, cluster] : sections.first[s, cluster + 1]]
         pose = np.append(np.zeros(3), sections.rotations[rng.integers(len(sections.rotations))])
-        joints = sections.joints[s]
+        joints = sections.joints[s] == 1
         cosine = np.abs((sections.rotations[sections.begin[members]] * pose[3:].reshape(-1, 4)).sum(axis=2))[
             :, joints
         ]

@@ -37,7 +37,7 @@ def steered(model, speech, **controls):
     """The motion of a speech under controls that are set before it starts."""
     state = online.start(model, live.Stream("r", FRAME_S, FPS), 0)
     for name, value in controls.items():
-        online.control(state, name, value)
+        online.prepare(state, name, value)()
     parts = [online.step(state, heard) for heard in live.frames(speech)]
     return live.motion_table([part for part in [*parts, online.end(state, speech)] if len(part)], FPS)
 
@@ -179,7 +179,7 @@ def test_a_keyword_is_followed_by_one_of_its_segments_at_the_end_of_a_piece(acto
     shown, called = [], 0
     for heard in live.frames(actor.speech()):
         if heard.frame == 600:
-            online.control(state, "keyword", "big")
+            online.prepare(state, "keyword", "big")()
             called = state.n_steps
         online.step(state, heard)
         while len(shown) < state.n_steps:
@@ -200,7 +200,7 @@ WRONG = {
 def test_what_cannot_be_controlled_is_named_with_what_can(model, name, value):
     state = online.start(model, live.Stream("r", FRAME_S, FPS), 0)
     with pytest.raises(UserError, match=WRONG[name, value]):
-        online.control(state, name, value)
+        online.prepare(state, name, value)()
 
 
 @pytest.mark.parametrize("chosen", [(), (100_000,), (-1,)])
@@ -227,7 +227,7 @@ def test_an_actor_with_little_motion_has_no_style():
     assert list(model.control.tones) == ["neutral"]
     state = online.start(model, live.Stream("r", FRAME_S, FPS), 0)
     with pytest.raises(UserError, match="none, as it was trained on too little motion"):
-        online.control(state, "style:calm", 1.0)
+        online.prepare(state, "style:calm", 1.0)
 
 
 def test_a_recording_that_is_shown_as_it_is_stays_as_it_is(actor, model):

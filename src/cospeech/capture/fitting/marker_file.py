@@ -17,18 +17,17 @@ from cospeech.capture.fitting.body_model import OPTIONAL
 from cospeech.capture.fitting.static_pose import static_pose
 from cospeech.capture.tracking import detections
 from cospeech.data import trajectories
-from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import c3d, foreign, trc
+from cospeech.geometry import axes
 from cospeech.motion.markers import NAMES
 
 Reader = Callable[[str | Path, str | float | None], trajectories.Trajectories]
 READERS: dict[str, Reader] = {".c3d": c3d.read, ".trc": trc.read}
 """Reader of each file format, by suffix."""
 
-DIRECTIONS = {f"{sign}{axis}": number * np.eye(3)["xyz".index(axis)] for sign, number in (("", 1.0), ("-", -1.0))
-              for axis in "xyz"}  # fmt: skip
-"""Unit vectors of the file's axes by name."""
+DECLARED = "corpus.markers"
+"""The section of the configuration that declares the axes."""
 
 
 def read(
@@ -68,7 +67,7 @@ def read(
     if report:
         for note in held.notes:
             report(f"{path}: {note}")
-    turn = world_rotation(up, facing)
+    turn = axes.world_rotation(up, facing, DECLARED)
     for ours, theirs in names.items():
         first = next(other for other, marker in names.items() if marker == theirs)
         if first != ours:
@@ -118,22 +117,4 @@ def check(table: pd.DataFrame, up: str, facing: str, where: str) -> None:
     """
     places = trajectories.to_array(table, NAMES)
     stance.check_unit(places, where)
-    stance.check_axes(places, world_rotation(up, facing), where)
-
-
-def world_rotation(up: str, facing: str) -> Floats:
-    """Return the rotation (3, 3) from a file's axes to ours: x to the actor's left, y up, z in the facing direction.
-
-    Raises
-    ------
-    UserError : if a name is not an axis, or both lie along the same axis.
-    """
-    for name in (up, facing):
-        if name not in DIRECTIONS:
-            raise UserError(
-                f"corpus.markers: '{name}' is not an axis; set up and facing to one of {', '.join(DIRECTIONS)}"
-            )
-    left = np.cross(DIRECTIONS[up], DIRECTIONS[facing])
-    if not left.any():
-        raise UserError(f"corpus.markers: up is '{up}' and facing is '{facing}'; they must lie along different axes")
-    return np.stack([left, DIRECTIONS[up], DIRECTIONS[facing]])
+    stance.check_axes(places, axes.world_rotation(up, facing, DECLARED), where)

@@ -6,14 +6,23 @@ neither pandas nor matplotlib.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from cospeech.report.exhibits.catalogue import CONDITIONS, EXHIBITS, SECTIONS, SOURCES
-from cospeech.report.exhibits.declaration import Absent, Exhibit, Names, modules, setting
+from cospeech.report.exhibits.catalogue import (
+    CONDITIONS,
+    EXHIBITS,
+    IDENTITY,
+    IDENTITY_CONDITIONS,
+    SECTIONS,
+    SOURCES,
+)
+from cospeech.report.exhibits.declaration import Absent, Condition, Exhibit, Names, modules, setting
 
 __all__ = [
     "CONDITIONS",
     "EXHIBITS",
+    "IDENTITY",
+    "IDENTITY_CONDITIONS",
     "SECTIONS",
     "SOURCES",
     "Absent",
@@ -27,23 +36,23 @@ __all__ = [
 ]
 
 
-def of_run(met: Iterable[str]) -> list[Exhibit]:
+def of_run(met: Iterable[str], among: Sequence[Exhibit] = EXHIBITS) -> list[Exhibit]:
     """Return the exhibits of a run that meets some conditions, in the order of the page."""
     known = set(met)
-    return [exhibit for exhibit in EXHIBITS if known.issuperset(exhibit.needs)]
+    return [exhibit for exhibit in among if known.issuperset(exhibit.needs)]
 
 
-def absent(met: Iterable[str]) -> list[Absent]:
+def absent(
+    met: Iterable[str], among: Sequence[Exhibit] = EXHIBITS, conditions: Sequence[Condition] = CONDITIONS
+) -> list[Absent]:
     """Return what such a run does not show: for each condition that it fails, why and which exhibits."""
     known = set(met)
     found = []
-    for condition in CONDITIONS:
+    for condition in conditions:
         if condition.name not in known:
             # An exhibit that misses several conditions is named once, with the first of them.
             lacking = [
-                exhibit
-                for exhibit in EXHIBITS
-                if [n for n in exhibit.needs if n not in known][:1] == [condition.name]
+                exhibit for exhibit in among if [n for n in exhibit.needs if n not in known][:1] == [condition.name]
             ]
             found.append(
                 Absent(

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from cospeech.report import output, style
-from cospeech.report.exhibits import EXHIBITS, SOURCES, pictures
+from cospeech.report.exhibits import EXHIBITS, IDENTITY, SOURCES, pictures
 from cospeech.report.exhibits.declaration import Exhibit, load
 from cospeech.report.exhibits.run import Drawing, Run
 from cospeech.workflow.job import Job
@@ -31,7 +31,7 @@ def draw_all(work: Job) -> None:
 
 def named(names: Iterable[str]) -> list[Exhibit]:
     """Return the exhibits with these names."""
-    known = {exhibit.name: exhibit for exhibit in EXHIBITS}
+    known = {exhibit.name: exhibit for exhibit in (*EXHIBITS, *IDENTITY)}
     return [known[name] for name in names]
 
 
@@ -46,7 +46,12 @@ def read(work: Job, name: str, run: Run) -> Any:
     source, paths = SOURCES[name], list(work.params["sources"][name])
     if source.schema is None:
         return pictures.checked(Path(paths[0]).read_bytes(), paths[0])
-    groups = {"pictured": run.pictured, "in_timeline": run.in_timeline, "third_party": run.third_party}
+    groups = {
+        "pictured": run.pictured,
+        "in_timeline": run.in_timeline,
+        "third_party": run.third_party,
+        "shown_head": run.shown_heads,
+    }
     systems = groups.get(next(iter(source.placeholders), ""), [])
     if not systems:
         return work.read(paths, source.schema)

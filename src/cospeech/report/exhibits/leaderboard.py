@@ -20,6 +20,9 @@ from cospeech.report.words import number
 SEEN = "as seen in its motion"
 """Title of the line below a system that scores the phrases seen in its motion."""
 
+UNSHOWN = ("beat_alignment", "frechet_distance")
+"""Measures for which the page has no room; the CSV file and the cross table of worlds contain them."""
+
 
 class Line(NamedTuple):
     """One line of the leaderboard.
@@ -100,9 +103,13 @@ def columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
 
 
 def shown_columns(board: pd.DataFrame) -> list[tuple[str, float | None]]:
-    """Return the columns that fit the page: S in its finest and its widest bins only."""
+    """Return the columns that fit the page: S in its finest and its widest bins only, and no ``UNSHOWN`` measure."""
     bins = sorted(board["bin_s"].dropna().unique())
-    return [head for head in columns(board) if head[1] is None or head[1] in (bins[0], bins[-1])]
+    return [
+        head
+        for head in columns(board)
+        if head[0] not in UNSHOWN and (head[1] is None or head[1] in (bins[0], bins[-1]))
+    ]
 
 
 def cells(board: pd.DataFrame, measure: str, bin_s: float | None) -> pd.DataFrame:
@@ -124,7 +131,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     pooled = board[board["actor"] == "all"]
     heads = shown_columns(pooled)
     shown = lines(pooled, systems)
-    places = _places(shown)
+    places = line_places(shown)
     drawn, axes = style.figure(1.1 + 0.225 * (places[-1] + 1), 1, len(heads), sharey=True)
     for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
         _column(panel, cells(pooled, measure, bin_s), shown, places)
@@ -153,7 +160,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     return drawn
 
 
-def _places(shown: list[Line]) -> list[float]:
+def line_places(shown: list[Line]) -> list[float]:
     """Return the height of each line: indented ones close to their system, some room before another group."""
     places = [0.0]
     for before, line in pairwise(shown):

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from cospeech.report import style, words
 from cospeech.report.exhibits.run import Drawing, Run
+
+ROW_TITLE = 20
+"""Letters of a title that fit next to one row of histograms."""
+
+PANELS_PER_ROW = 4
+"""Panels next to one another; further ones are below."""
 
 Sequences = dict[str, pd.DataFrame]
 """Gesture segments of some records, by system."""
@@ -110,12 +119,14 @@ def duration_figure(table: pd.DataFrame, titles: dict[str, str]) -> Figure:
     for row, system in enumerate(systems):
         for column, label in enumerate(labels):
             _mirror(axes[row, column], table, system, label, colours[label])
-        axes[row, 0].set_ylabel(f"{titles.get(system, system)}\nprobability", fontsize=8)
+        title = textwrap.fill(titles.get(system, system), ROW_TITLE)
+        axes[row, 0].set_ylabel(f"{title}\nprobability", fontsize=8)
     top = float(table["probability"].max()) * 1.3 or 1.0
     for column, label in enumerate(labels):
         axes[0, column].set_title(words.gesture(label))
         axes[0, column].set(xlim=(0, reach), ylim=(-top, top))
         axes[-1, column].set_xlabel("s")
+    axes[0, 0].yaxis.set_major_locator(MaxNLocator(4))
     axes[0, 0].yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     return drawn
 
@@ -172,24 +183,30 @@ def shares(sequences: dict[str, pd.DataFrame], actors: dict[str, str], labels: l
 
 
 def frequency_figure(table: pd.DataFrame, titles: dict[str, str]) -> Figure:
-    """Draw how often each gesture occurs: one panel per actor, the actual share next to that of each system."""
+    """Draw how often each gesture occurs: a panel per actor, with the actual share next to that of each system."""
     actors, labels = list(dict.fromkeys(table["actor"])), list(dict.fromkeys(table["gesture"]))
     sequences = list(dict.fromkeys(table["sequence"]))
     systems = [name for name in sequences if name != "actual"]
     colours = {"actual": style.FAINT, **style.system_colours(systems)}
-    drawn, axes = style.figure(2.9, 1, len(actors), sharey=True)
+    columns = min(len(actors), PANELS_PER_ROW)
+    rows = -(-len(actors) // columns)
+    drawn, axes = style.figure(1.0 + 1.9 * rows, rows, columns, sharey=True)
     width = 0.8 / len(sequences)
-    for column, actor in enumerate(actors):
-        panel = axes[0, column]
+    for panel in axes.ravel()[len(actors) :]:
+        panel.set_axis_off()
+    for panel, actor in zip(axes.ravel(), actors, strict=False):
         for place, name in enumerate(sequences):
             own = table[(table["actor"] == actor) & (table["sequence"] == name)]
             panel.bar(np.arange(len(labels)) - 0.4 + place * width, 100 * own["share"], width * 0.92,
                       align="edge", color=colours[name])  # fmt: skip
         panel.set_title(f"actor {actor}")
-        panel.set_xticks(range(len(labels)), [words.gesture(label) for label in labels], rotation=35, ha="right")
+        names = [words.gesture(label) for label in labels]
+        panel.set_xticks(range(len(labels)), names, rotation=90 if columns > 2 else 35, fontsize=7.5,
+                         ha="center" if columns > 2 else "right")  # fmt: skip
         panel.tick_params(axis="x", length=0)
         panel.grid(axis="y")
-    axes[0, 0].set_ylabel("share of phrases (%)")
+    for row in range(rows):
+        axes[row, 0].set_ylabel("share of phrases (%)")
     handles = [Patch(color=colours[name], label=titles.get(name, name)) for name in sequences]
-    drawn.legend(handles=handles, loc="outside upper center", ncols=len(sequences))
+    drawn.legend(handles=handles, loc="outside upper center", ncols=min(len(sequences), 4))
     return drawn

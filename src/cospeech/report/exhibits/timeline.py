@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from cospeech.report import style, words
 from cospeech.report.exhibits.run import Drawing, Run
@@ -95,6 +96,7 @@ def _speech(axes: Axes, prosody: pd.DataFrame, voiced_gain: float) -> None:
     intensity = prosody["intensity"].to_numpy()
     axes.fill_between(time_s, intensity.min(), intensity, color=style.BLUE, alpha=0.22, lw=0)
     axes.set_ylabel("intensity\n(standardised)", color=style.BLUE, fontsize=8)
+    axes.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))  # the lowest would lie over the strip below
     axes.spines["bottom"].set_visible(False)
     axes.tick_params(axis="x", length=0, labelbottom=False)
     if prosody["lag_s"].notna().any():
@@ -104,6 +106,7 @@ def _speech(axes: Axes, prosody: pd.DataFrame, voiced_gain: float) -> None:
     voiced = prosody["pitch_gain"].to_numpy() > voiced_gain
     right = axes.twinx()
     right.plot(time_s[voiced], pitch[voiced], ls="none", marker=".", ms=2.2, color=style.VERMILLION)
+    right.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
     right.set_ylabel(unit, color=style.VERMILLION, fontsize=8)
     right.spines["right"].set_visible(True)
     right.spines["bottom"].set_visible(False)

@@ -11,6 +11,7 @@ import pandas as pd
 
 from cospeech.metrics import bootstrap
 from cospeech.report import words
+from cospeech.report.page.tables import Table
 from cospeech.report.scores import common_phrases, own_phrases
 from cospeech.report.systems import System, Systems, driven, first_ceiling, general_controls, matched
 from cospeech.report.words import number
@@ -22,12 +23,20 @@ STATED = ("kappa", "D")
 """The measures in which findings compare systems, on the interior of records."""
 
 
+VERDICTS = {"better": "▲", "worse": "▼", "undecided": "◦"}
+"""The sign of each verdict, so that no colour is needed."""
+
+
 @dataclass(frozen=True)
 class Finding:
-    """One finding: a sentence that states it, and lines with the numbers behind it."""
+    """One finding: a sentence that states it, and lines with the numbers behind it.
+
+    ``in_table`` says whether the headline table shows it, too (see ``headline``).
+    """
 
     claim: str
     evidence: list[str]
+    in_table: bool = False
 
 
 def with_interval(row: pd.Series, name: str = "value", unit: str = "") -> str:
@@ -75,10 +84,7 @@ def findings(
     capture : numbers of ``table-capture``, or None.
     worlds : numbers of ``worlds``, or None.
     """
-    every = own_phrases(scores, systems)
-    pooled = every[every["actor"] == "all"]
-    paired = common_phrases(differences, systems)
-    paired = paired[paired["actor"] == "all"]
+    pooled, paired = _pooled(scores, differences, systems)
     n_records = int(pooled["n_records"].max())
     found = _compared(pooled, paired, systems, level) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
     found += _in_worlds(worlds, level) if worlds is not None else []
@@ -90,6 +96,58 @@ def findings(
     return found
 
 
+def headline(scores: pd.DataFrame, differences: pd.DataFrame, systems: Systems, level: float) -> Table | None:
+    """Return a table with one row per system: how well it does, and how much of that is due to its speech.
+
+    Parameters
+    ----------
+    scores, differences, systems, level : as for ``findings``.
+
+    Returns
+    -------
+    The table; None if there are too few records to compare systems.
+    """
+    pooled, paired = _pooled(scores, differences, systems)
+    if int(pooled["n_records"].max()) < FEWEST_RECORDS:
+        return None
+    listening, _, table = _comparisons(pooled, paired, systems)
+    rows = []
+    for system in listening:
+        cells = [system.title]
+        for measure in STATED:
+            own = _row(pooled, system=system.name, measure=measure, part="interior")
+            shifted = _row(table, system=system.name, other=system.controls[-1], measure=measure)
+            cells += ["" if own is None else number(own["value"]), _judged(shifted, measure, level)]
+        rows.append([*cells, _beaten_controls(system, table, systems, level)])
+    shift = "minus the same system on shifted speech"
+    headings = ["system", "gestures: kappa", shift, "boundaries: D (s)", shift, "better than its controls"]
+    return Table(headings, rows, words=(5,))
+
+
+def _judged(row: pd.Series | None, measure: str, level: float) -> str:
+    """Return a difference with its interval and a verdict, which a sign and a word state."""
+    if row is None:
+        return ""
+    found = verdict(row, words.MEASURES[measure].better, level)
+    return f"{with_interval(row, 'difference')} {VERDICTS[found]} {found}"
+
+
+def _beaten_controls(system: System, table: pd.DataFrame, systems: Systems, level: float) -> str:
+    """Return how many of its controls a system beats in each measure."""
+    clauses = []
+    for measure in STATED:
+        rows = [_row(table, system=system.name, other=name, measure=measure) for name in _controls(system, systems)]
+        found = [verdict(row, words.MEASURES[measure].better, level) for row in rows if row is not None]
+        clauses.append(f"{found.count('better')} of {len(found)} in {measure}")
+    return ", ".join(clauses)
+
+
+def _pooled(scores: pd.DataFrame, differences: pd.DataFrame, systems: Systems) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the scores and the differences of all actors together."""
+    every, paired = own_phrases(scores, systems), common_phrases(differences, systems)
+    return every[every["actor"] == "all"], paired[paired["actor"] == "all"]
+
+
 def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
     for column, value in where.items():
         table = table[table[column] == value]
@@ -98,6 +156,17 @@ def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
 
 def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, level: float) -> list[Finding]:
     """Return what the differences between systems, and between systems and controls, show."""
+    listening, before, table = _comparisons(pooled, paired, systems)
+    found = [_speech(system, pooled, table, systems, level) for system in listening]
+    for name, others in before.items():
+        found.append(_against(systems[name], [systems[other] for other in others], table, level))
+    return [*found, _resolution(pooled, paired, listening, int(table["p_value"].notna().sum()))]
+
+
+def _comparisons(
+    pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems
+) -> tuple[list[System], dict[str, list[str]], pd.DataFrame]:
+    """Return the systems that speech drives, the systems each is compared with, and all stated differences."""
     scored = set(pooled["system"])
     listening = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
     rivals = {system.name: _controls(system, systems) for system in listening}
@@ -105,11 +174,8 @@ def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, leve
         system.name: list(dict.fromkeys([listening[0].name, previous.name]))
         for previous, system in pairwise(listening)
     }
-    table = comparisons(paired, [(one, other) for side in (rivals, before) for one in side for other in side[one]])
-    found = [_speech(system, pooled, table, systems, level) for system in listening]
-    for name, others in before.items():
-        found.append(_against(systems[name], [systems[other] for other in others], table, level))
-    return [*found, _resolution(pooled, paired, listening, int(table["p_value"].notna().sum()))]
+    pairs = [(one, other) for side in (rivals, before) for one in side for other in side[one]]
+    return listening, before, comparisons(paired, pairs)
 
 
 def _controls(system: System, systems: Systems) -> list[str]:
@@ -156,7 +222,7 @@ def _speech(system: System, pooled: pd.DataFrame, compared: pd.DataFrame, system
         for measure in STATED
     )  # fmt: skip
     claim = f"“{system.title}” {_by_kappa(by_kappa, system, systems)}. {_by_distance(by_distance, system, systems)}"
-    return Finding(claim, evidence)
+    return Finding(claim, evidence, in_table=True)
 
 
 def _named(controls: list[str], system: System, systems: Systems) -> str:
@@ -237,7 +303,7 @@ def _against(system: System, others: list[System], compared: pd.DataFrame, level
         clauses += [f"{verb} “{other.title}” in {' and '.join(measures)}" for verb, measures in verdicts.items()]
         evidence.append(f"minus “{other.title}”: {_numbers(rows)}")
     claim = "; it ".join(clauses) or "cannot be compared with other systems"
-    return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"])
+    return Finding(f"“{system.title}” {claim}.", [*evidence, "on the interior of records"], in_table=True)
 
 
 def _in_worlds(cells: pd.DataFrame, level: float) -> list[Finding]:

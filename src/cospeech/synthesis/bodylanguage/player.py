@@ -29,6 +29,7 @@ from cospeech.synthesis.bodylanguage.player_kernels import (
     Sections,
     advance,
     begin,
+    state,
 )
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.live import Heard, Stream
@@ -68,10 +69,10 @@ class Player:
         self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
         self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
-        initial, self.sections = _sections(model, library)
-        self.beliefs = _beliefs(initial, mode)
+        initial, sections = _sections(model, library)
         self._rng = random_source(seed, "bodylanguage", stream.record)
-        self.memory = _memory(initial.shape[1], len(self.sections.members), self._rng)
+        memory = _memory(initial.shape[1], len(sections.members), self._rng)
+        self._state, self.sections, self.beliefs, self.memory = state(sections, _beliefs(initial, mode), memory)
         self._observed_s = 0.0
         self.n_frames = 0
         n_joints = len(library.body.joints)
@@ -116,10 +117,7 @@ class Player:
 
     def _advance(self, observations: Integers, passed_s: Floats, wanted: bool) -> None:
         self._refill()
-        advance(
-            self.sections, self._rules, self.beliefs, self.memory, self._blender.pose, observations, passed_s, wanted,
-            self._desired,
-        )  # fmt: skip
+        advance(self._state, self._rules, self._blender.pose, observations, passed_s, wanted, self._desired)
 
     def _refill(self) -> None:
         if self.memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:
@@ -197,8 +195,8 @@ def _memory(n_clusters: int, n_members: int, rng: np.random.Generator) -> Memory
     return Memory(
         segment=np.zeros(n_sections, dtype=np.int64),
         frame=np.zeros(n_sections, dtype=np.int64),
-        started=np.zeros(n_sections, dtype=bool),
-        ended=np.zeros((n_sections, n_clusters), dtype=bool),
+        started=np.zeros(n_sections, dtype=np.int64),
+        ended=np.zeros((n_sections, n_clusters), dtype=np.int64),
         probability=np.zeros(n_sections),
         now=np.zeros(1, dtype=np.int64),
         observation=np.full(1, NONE, dtype=np.int64),

@@ -6,13 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cospeech.data.arrays import Flags, Floats, Integers
+from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
 from cospeech.synthesis.bodylanguage import forward
 from cospeech.synthesis.bodylanguage.observations import N_OBSERVATIONS
+from cospeech.synthesis.bodylanguage.packing import Packed, four, one, pack, three, two
 
 NONE = N_OBSERVATIONS
 """The observation before the first one, which says nothing."""
+
+N_MOTION = 3
+"""Number of the fields of ``Sections`` that are the motion of a library, which is too large for another copy."""
 
 
 class Rules(NamedTuple):
@@ -44,7 +48,7 @@ class Sections(NamedTuple):
     emissions : (S, 37, 2, N) with 1 for the observation ``NONE``.
     members : (M,) subunits sorted by section and cluster. first : (S, N + 1) where the members of each cluster begin.
     cluster : (M,) cluster of each subunit. begin : (M,) its first frame in the library. n_frames : (M,) its length.
-    joints : (S, J) whether a joint belongs to a section. The root position belongs to the last one.
+    joints : (S, J) 1 where a joint belongs to a section. The root position belongs to the last one.
     root_m (F, 3), rotations (F, J, 4), before (F,) : see ``motion.library.Library``.
     """
 
@@ -63,7 +67,7 @@ class Sections(NamedTuple):
     cluster: Integers
     begin: Integers
     n_frames: Integers
-    joints: Flags
+    joints: Integers
     root_m: Floats
     rotations: Floats
     before: Integers
@@ -87,8 +91,9 @@ class Memory(NamedTuple):
 
     Attributes
     ----------
-    segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) whether no
-        observation has continued it yet. ended : (S, N) clusters whose subunits ended after the last observation.
+    segment : (S,) subunit. frame : (S,) number of its frames that have been shown. started : (S,) 1 if no
+        observation has continued it yet. ended : (S, N) 1 for clusters whose subunits ended after the last
+        observation.
     probability : (S,) probability of the last decision.
     now : (1,) see ``Beliefs``. observation : (1,) the last one. passed_s : (1,) time between it and the one before.
     uniforms : (U,) random numbers. used : (1,) number of those that are used.
@@ -97,8 +102,8 @@ class Memory(NamedTuple):
 
     segment: Integers
     frame: Integers
-    started: Flags
-    ended: Flags
+    started: Integers
+    ended: Integers
     probability: Floats
     now: Integers
     observation: Integers
@@ -107,6 +112,58 @@ class Memory(NamedTuple):
     used: Integers
     gamma: Floats
     distances: Floats
+
+
+class State(NamedTuple):
+    """All of them as compiled code receives them.
+
+    Attributes
+    ----------
+    packed : sections, beliefs and memory, field by field, except for the motion.
+    root_m, rotations, before : the motion; see ``Sections``.
+    """
+
+    packed: Packed
+    root_m: Floats
+    rotations: Floats
+    before: Integers
+
+
+def state(sections: Sections, beliefs: Beliefs, memory: Memory) -> tuple[State, Sections, Beliefs, Memory]:
+    """Return what compiled code receives, and sections, beliefs and memory as views of it."""
+    n, m = len(Sections._fields) - N_MOTION, len(Beliefs._fields)
+    packed, views = pack([*sections[:n], *beliefs, *memory])
+    return (
+        State(packed, sections.root_m, sections.rotations, sections.before),
+        Sections(*views[:n], *sections[n:]),
+        Beliefs(*views[n : n + m]),
+        Memory(*views[n + m :]),
+    )
+
+
+@njit
+def _unpacked(known: Any) -> Any:
+    """Return sections, beliefs and memory of a state."""
+    (floats, integers, at), root_m, rotations, before = known
+    sections = Sections(
+        two(floats, at, 0), three(floats, at, 1), three(floats, at, 2), three(floats, at, 3), two(integers, at, 4),
+        three(integers, at, 5), four(floats, at, 6), three(floats, at, 7), two(floats, at, 8), four(floats, at, 9),
+        one(integers, at, 10), two(integers, at, 11), one(integers, at, 12), one(integers, at, 13),
+        one(integers, at, 14), two(integers, at, 15), root_m, rotations, before,
+    )  # fmt: skip
+    beliefs = Beliefs(
+        three(floats, at, 16),
+        four(floats, at, 17),
+        four(floats, at, 18),
+        four(floats, at, 19),
+        three(integers, at, 20),
+    )
+    memory = Memory(
+        one(integers, at, 21), one(integers, at, 22), one(integers, at, 23), two(integers, at, 24),
+        one(floats, at, 25), one(integers, at, 26), one(integers, at, 27), one(floats, at, 28), one(floats, at, 29),
+        one(integers, at, 30), one(floats, at, 31), one(floats, at, 32),
+    )  # fmt: skip
+    return sections, beliefs, memory
 
 
 @njit
@@ -193,7 +250,7 @@ def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
     n, cluster = len(gamma) - 1, sections.cluster[segment]
     over = memory.frame[s] >= sections.n_frames[segment]
     if over:
-        memory.ended[s, cluster] = True
+        memory.ended[s, cluster] = 1
     if rules.by_model:
         _update(sections, beliefs, memory, s, rules.mode)
     forward.direct(
@@ -212,7 +269,7 @@ def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
     chosen = forward.draw(gamma, _uniform(memory))
     memory.probability[s] = gamma[chosen]
     if chosen == n:
-        memory.started[s] = False
+        memory.started[s] = 0
         return
     if rules.by_model:
         members = sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]]
@@ -220,7 +277,7 @@ def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
     else:
         memory.segment[s] = _any_of(sections.members[sections.first[s, 0] : sections.first[s, n]], memory)
     memory.frame[s] = 0
-    memory.started[s] = True
+    memory.started[s] = 1
 
 
 @njit
@@ -232,16 +289,14 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
             sections.members[sections.first[s, chosen] : sections.first[s, chosen + 1]], memory
         )
         memory.frame[s] = 0
-        memory.started[s] = True
+        memory.started[s] = 1
         memory.probability[s] = initial[s, chosen]
 
 
 @njit
 def advance(
-    sections: Any,
+    known: Any,
     rules: Any,
-    beliefs: Any,
-    memory: Any,
     pose: Any,
     observations: Any,
     passed_s: Any,
@@ -255,22 +310,24 @@ def advance(
 
     Parameters
     ----------
+    known : see ``State``.
     pose : (3 + 4 J,) the frame shown last.
     observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
     wanted : whether there is a next frame.
     desired : (2, 3 + 4 J) for the pose and the one before it in its recordings.
     """
+    sections, beliefs, memory = _unpacked(known)
     for k in range(len(observations)):
         memory.now[0] = 1 - memory.now[0]
         memory.observation[0] = observations[k]
         memory.passed_s[0] = passed_s[k]
         for s in range(len(memory.segment)):
             for i in range(memory.ended.shape[1]):
-                memory.ended[s, i] = False
+                memory.ended[s, i] = 0
             if rules.at_syllables:
                 _decide(sections, rules, beliefs, memory, s, pose)
             else:
-                memory.started[s] = False
+                memory.started[s] = 0
                 if rules.by_model:
                     _update(sections, beliefs, memory, s, rules.mode)
     if not wanted:

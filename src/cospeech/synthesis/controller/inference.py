@@ -226,10 +226,14 @@ def _step(
     mean: Floats,
     sd: Floats,
     f0: Floats,
-    clusters: tuple[Floats, Floats, Floats],
-    weights: tuple[Floats, Floats],
+    cluster_means: Floats,
+    cluster_factors: Floats,
+    cluster_weights: Floats,
+    transitions: Floats,
+    observations: Floats,
     recent: Floats,
-    memory: tuple[Floats, Floats],
+    ahead: Floats,
+    belief: Floats,
     begun: bool,
 ) -> None:
     """Continue the forward algorithm by one time step.
@@ -237,27 +241,28 @@ def _step(
     Parameters
     ----------
     prosody : (1, 3), mean, sd : (3,) scale. f0 : (2,) range of an unknown F0.
-    clusters : means (K, 3), Cholesky factors (K, 3, 3), and logarithms of the weights (K,).
-    weights : of the CRF: exponentials of the transition weights (S, S), and observation weights (W * K, S).
+    cluster_means, cluster_factors, cluster_weights : means (K, 3), Cholesky factors (K, 3, 3), and logarithms of the
+        weights (K,).
+    transitions, observations : of the CRF: exponentials of the transition weights (S, S), and observation weights
+        (W * K, S).
     recent : (W, K) probabilities of the clusters, the latest first; updated.
-    memory : what the last belief predicts, and the last belief, (S,) each; updated.
+    ahead, belief : what the last belief predicts, and the last belief, (S,) each; updated.
     begun : whether there was a time step before.
     """
     window, n_clusters = recent.shape
-    ahead, belief = memory
     frame, scores = np.empty((1, len(mean))), np.empty((1, n_clusters))
     for d in range(len(mean)):
         frame[0, d] = (prosody[0, d] - mean[d]) / sd[d]
-    clusters_kernels.log_densities(frame, clusters[0], clusters[1], f0[0], f0[1], scores)
+    clusters_kernels.log_densities(frame, cluster_means, cluster_factors, f0[0], f0[1], scores)
     for lag in range(window - 1, 0, -1):
         recent[lag] = recent[lag - 1]
-    clusters_kernels.shares(scores, clusters[2], recent[:1])
+    clusters_kernels.shares(scores, cluster_weights, recent[:1])
     if not begun:
         recent[1:] = recent[0]
     if begun:
-        crf_chain.predict(belief, weights[0], ahead)
+        crf_chain.predict(belief, transitions, ahead)
     observed = np.empty((1, len(belief)))
-    crf_chain.products(recent.reshape(1, window * n_clusters), weights[1], observed)
+    crf_chain.products(recent.reshape(1, window * n_clusters), observations, observed)
     crf_chain.weigh(ahead, observed[0], belief)
 
 
@@ -267,16 +272,17 @@ class Beliefs:
     def __init__(self, layer: Inference) -> None:
         known = clusters.Memberships(layer.clusters, layer.f0)
         n_states = len(layer.hmm.mean)
-        self._scale = (layer.prosody.mean, layer.prosody.sd, np.array(layer.f0))
-        self._clusters = (layer.clusters.mean, known.factors, known.weights)
-        self._weights = (crf.path_factors(layer.crf)[0], layer.crf.observations)
+        self._fixed = (
+            layer.prosody.mean, layer.prosody.sd, np.array(layer.f0), layer.clusters.mean, known.factors,
+            known.weights, crf.path_factors(layer.crf)[0], layer.crf.observations,
+        )  # fmt: skip
         self._recent = np.zeros((layer.window, len(layer.clusters.weight)))
         self._memory = (np.ones(n_states), np.empty(n_states))
         self._begun = False
 
     def step(self, prosody: Floats) -> Floats:
         """Return the belief (S,), given the prosody (3,) of the next time step and of all earlier ones."""
-        _step(prosody[None], *self._scale, self._clusters, self._weights, self._recent, self._memory, self._begun)
+        _step(prosody[None], *self._fixed, self._recent, *self._memory, self._begun)
         self._begun = True
         return self._memory[1].copy()
 

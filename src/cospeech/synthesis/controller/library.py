@@ -141,7 +141,7 @@ def _add_distances(one: Floats, others: Floats, squares: Floats, sums: Floats) -
         sums[a] += np.sqrt(squares[a])
 
 
-@njit
+@njit(nogil=True)
 def _costs(
     segment: Integers,
     closing: Flags,

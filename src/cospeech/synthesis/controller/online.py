@@ -4,13 +4,14 @@ At each time step, the beliefs over the hidden states are updated with the proso
 each piece of a motion segment, the policy selects what follows. A motion frame is made when its time is over, so that
 motion is a frame behind the speech.
 
-While it runs, ``control`` changes the style, for which the policy is trained again, and calls for the gestures of a
+While it runs, ``prepare`` changes the style, for which the policy is trained again, and calls for the gestures of a
 keyword. The styles that a model has are ``energetic`` and ``calm`` (see ``model``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from cospeech.errors import UserError
 from cospeech.motion.body import Body
 from cospeech.synthesis.controller import control as control_layer
 from cospeech.synthesis.controller import style
-from cospeech.synthesis.controller.control import NEUTRAL, Control
+from cospeech.synthesis.controller.control import NEUTRAL, Control, Labels
 from cospeech.synthesis.controller.inference import Beliefs
 from cospeech.synthesis.controller.model import Model, train
 from cospeech.synthesis.controller.policy import Policy
@@ -30,9 +31,9 @@ from cospeech.synthesis.controller.situations import Weights
 from cospeech.synthesis.controller.steps import Listener, Syllable
 from cospeech.synthesis.controller.tables import from_tables, to_tables
 from cospeech.synthesis.interface import Speech
-from cospeech.synthesis.live import Heard, Stream
+from cospeech.synthesis.live import Controls, Heard, Stream
 
-__all__ = ["body", "control", "end", "from_tables", "start", "step", "to_tables", "train"]
+__all__ = ["body", "controls", "end", "from_tables", "prepare", "start", "step", "to_tables", "train"]
 
 STYLE, KEYWORD = "style:", "keyword"
 """What can be controlled: ``style:<name>`` takes a number from 0 to 1, ``keyword`` takes a word."""
@@ -60,11 +61,17 @@ class State:
 
     def next_frame(self) -> Floats:
         """Return the next motion frame, after the decisions that it needs."""
-        while self.n_steps <= self.screen.step:
+        current = self.screen.step
+        while self.n_steps <= current:
             belief = self.beliefs.step(self.listener.at(self.n_steps * self.layer.step_s))
             self.shown = self.player.step(self.situation.of(belief))
             self.n_steps += 1
         return self.screen.next(self.shown.segment, self.shown.frame)
+
+    def restyle(self, weights: dict[str, float], found: Policy, labels: Labels) -> None:
+        """Continue with a policy, which is optimal for these degrees of styles, and with its labels of keywords."""
+        self.weights = weights
+        self.player.change(found, labels.words, labels.rest)
 
 
 def body(model: Model) -> Body:
@@ -84,10 +91,13 @@ def step(state: State, heard: Heard) -> Floats:
     heard_s = (heard.frame + 1) * state.frame_s
     if not state.screen.due(heard_s):
         return state.nothing
-    made = [state.next_frame()]
+    made = state.next_frame()
+    if not state.screen.due(heard_s):
+        return made[None]
+    rest = [state.next_frame()]
     while state.screen.due(heard_s):
-        made.append(state.next_frame())
-    return np.array(made)
+        rest.append(state.next_frame())
+    return np.array([made, *rest])
 
 
 def end(state: State, speech: Speech) -> Floats:
@@ -96,8 +106,16 @@ def end(state: State, speech: Speech) -> Floats:
     return np.array([state.next_frame() for _ in missing]) if missing else state.nothing
 
 
-def control(state: State, name: str, value: float | str) -> None:
-    """Change the style of what follows, or call for the gestures of a keyword.
+def controls(model: Model) -> Controls:
+    """Return the keywords and the styles of the model."""
+    return Controls(tuple(model.control.keywords), tuple(model.control.tones)[1:])
+
+
+def prepare(state: State, name: str, value: float | str) -> Callable[[], None]:
+    """Return a function that changes the style of what follows, or calls for the gestures of a keyword.
+
+    The policy of a style is trained here, which takes half a second. Nothing changes until the function is called, so
+    that this may run in another thread.
 
     Parameters
     ----------
@@ -113,8 +131,7 @@ def control(state: State, name: str, value: float | str) -> None:
         if value not in state.layer.keywords:
             known = ", ".join(state.layer.keywords) or "none; add some with 'cospeech library --keywords'"
             raise UserError(f"keyword '{value}' has no segment of the motion library; known keywords: {known}")
-        state.player.hear(str(value))
-        return
+        return partial(state.player.hear, str(value))
     if not name.startswith(STYLE):
         raise UserError(f"'{name}' cannot be controlled; known are {KEYWORD} and {STYLE}<name>")
     wanted = name.removeprefix(STYLE)
@@ -124,10 +141,10 @@ def control(state: State, name: str, value: float | str) -> None:
     degree = float(value)
     if not 0.0 <= degree <= 1.0:
         raise UserError(f"style '{wanted}': {degree:g} is not a degree; give a number from 0 to 1")
-    state.weights[wanted] = degree
-    distances, found = in_style(state.layer, state.weights)
+    weights = state.weights | {wanted: degree}
+    distances, found = in_style(state.layer, weights)
     labels = control_layer.labels(state.layer, distances, found)
-    state.player.change(found, labels.words, labels.rest)
+    return partial(state.restyle, weights, found, labels)
 
 
 class Styled(NamedTuple):

@@ -160,13 +160,7 @@ def decide(policy: Policy, cut: Pieces, row: Floats, piece: int, belief: Floats)
     ----------
     row : (A,) successor costs of the piece.
     """
-    candidates = row + policy.entering @ belief
-    best = int(np.argmin(candidates))
-    if not cut.closing[piece]:
-        onward = float(policy.values[piece + 1] @ belief)
-        if onward <= candidates[best]:
-            return Decision(CONTINUE, onward)
-    return Decision(best, float(candidates[best]))
+    return Decision(*policy_kernels.decide(policy.values, policy.entering, cut.closing, row, piece, belief))
 
 
 def begin(policy: Policy, belief: Floats) -> Decision:

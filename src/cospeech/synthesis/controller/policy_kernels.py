@@ -21,7 +21,7 @@ UNKNOWN = -2
 """In place of a segment: nothing has been chosen yet."""
 
 
-@njit
+@njit(nogil=True)
 def piece_costs(
     segment: Integers, terms: Integers, distances: Floats, transitions: Floats, discount: float, costs: Floats
 ) -> None:
@@ -51,7 +51,7 @@ def piece_costs(
             ahead, after = after, ahead
 
 
-@njit
+@njit(nogil=True)
 def entering_values(powers: Floats, entered: Floats, expected: Floats) -> None:
     """Fill ``expected`` (N, A, I) with the sum over j of P_n(j | i) * entered[a, j].
 
@@ -70,7 +70,7 @@ def entering_values(powers: Floats, entered: Floats, expected: Floats) -> None:
                     row[i] += value * column[i]
 
 
-@njit
+@njit(nogil=True)
 def improve(
     start: int,
     rows: Floats,
@@ -149,7 +149,7 @@ def improve(
             improved[b, i] = costs[b, i] + factors[b] * best[i]
 
 
-@njit
+@njit(nogil=True)
 def evaluate(
     first: Integers,
     power_of: Integers,
@@ -214,6 +214,34 @@ def evaluate(
                 values[b, i] = value
         if change <= tolerance:
             break
+
+
+@njit
+def decide(
+    values: Floats, entering: Floats, closing: Flags, row: Floats, piece: int, belief: Floats
+) -> tuple[int, float]:
+    """Return the cheapest continuation after a piece, a segment or ``CONTINUE``, and its expected cost.
+
+    Parameters
+    ----------
+    values, entering : (B, I) and (A, I), from the first frame of each piece and of each segment on.
+    closing : (B,) whether a piece is the last of its segment.
+    row : (A,) successor costs of the piece.
+    belief : (I,); states of probability 0 cost no time.
+    """
+    known = np.flatnonzero(belief)
+    best, least = CONTINUE, math.inf
+    if not closing[piece]:
+        least = 0.0
+        for i in known:
+            least += belief[i] * values[piece + 1, i]
+    for a in range(len(entering)):
+        cost = row[a]
+        for i in known:
+            cost += belief[i] * entering[a, i]
+        if cost < least:
+            best, least = a, cost
+    return best, least
 
 
 @njit

@@ -169,6 +169,7 @@ class Player:
         repetition: Repetition | None = None,
     ) -> None:
         self._cut, self._rows = cut, rows
+        self._begin, self._end, self._segment = cut.begin.tolist(), cut.end.tolist(), cut.segment.tolist()
         self._repetition = repetition or Repetition(0.0, 0.0)
         self._repeated, self._since = np.zeros(len(cut.first) - 1), 0
         self._piece, self._frame, self._pending, self._cost = -1, -1, "", 0.0
@@ -188,9 +189,9 @@ class Player:
         """Return what to show at the next time step, given the belief (I,) of the forward algorithm."""
         cut, piece = self._cut, self._piece
         self._since += 1
-        if piece >= 0 and self._frame < cut.end[piece]:
+        if piece >= 0 and self._frame < self._end[piece]:
             self._frame += 1
-            return Step(int(cut.segment[piece]), self._frame, False, self._cost)
+            return Step(self._segment[piece], self._frame, False, self._cost)
         current = self._labels[self._pending].pending if self._pending else self._found
         if piece < 0:
             decision = policy.begin(current, belief)
@@ -200,7 +201,7 @@ class Player:
             row = self._rows(slice(piece, piece + 1))[0] + self._repeated
             decision = policy.decide(current, cut, row, piece, belief)
         following = piece + 1 if decision.segment == CONTINUE else int(cut.first[decision.segment])
-        start, cost = int(cut.begin[following]), decision.cost
+        start, cost = self._begin[following], decision.cost
         if self._pending and piece >= 0 and self._rest is not None:
             known = self._labels[self._pending].entrances
             costs = known.cost[piece] + self._rest[self._index[self._pending][piece]] @ belief
@@ -211,9 +212,9 @@ class Player:
                 ends = cut.end[cut.first[a] : cut.first[a + 1]]
                 following = int(cut.first[a] + np.searchsorted(ends, start))
         if following != piece + 1 or cut.closing[piece]:
-            self._repeated[cut.segment[following]] = self._repetition.cost
+            self._repeated[self._segment[following]] = self._repetition.cost
         self._piece, self._frame, self._cost = following, start, cost
-        return Step(int(cut.segment[following]), start, True, cost)
+        return Step(self._segment[following], start, True, cost)
 
 
 def play(

@@ -48,7 +48,10 @@ class Screen:
     @property
     def step(self) -> int:
         """The time step that the next frame belongs to."""
-        return math.floor((self.shown + 0.5) / self._fps / self._step_s + SLACK)
+        return self._step_at((self.shown + 0.5) / self._fps)
+
+    def _step_at(self, time_s: float) -> int:
+        return math.floor(time_s / self._step_s + SLACK)
 
     def due(self, heard_s: float) -> bool:
         """Return whether the next frame is over when speech has been heard for ``heard_s`` seconds."""
@@ -56,7 +59,8 @@ class Screen:
 
     def next(self, segment: int, frame: int) -> Floats:
         """Return the next frame (3 + 4 J,), which belongs to a time step that shows a frame of a segment."""
-        within_s = (self.shown + 0.5) / self._fps - self.step * self._step_s
+        time_s = (self.shown + 0.5) / self._fps
+        within_s = time_s - self._step_at(time_s) * self._step_s
         place_s = self._start_s[segment] + frame * self._step_s + within_s
         index = min(self._first[segment] + math.floor(place_s * self._fps + SLACK), self._last[segment])
         before = self._before[index]

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cospeech.data.arrays import Floats
+from cospeech.kernels.jit import njit
 
 ROUNDS = 20
 """Iterations of k-means."""
@@ -80,6 +81,19 @@ def _squares(points: Floats, centres: Floats) -> Floats:
     return np.maximum(squares, 0.0)
 
 
+@njit
+def _nearest(belief: Floats, centres: Floats, halves: Floats) -> int:
+    """Return the number of the centre (K, S) that is nearest to a belief (S,), given half of their squares (K,)."""
+    best, least = 0, np.inf
+    for k in range(len(centres)):
+        apart = halves[k]
+        for i in range(len(belief)):
+            apart -= centres[k, i] * belief[i]
+        if apart < least:
+            best, least = k, apart
+    return best
+
+
 class Weights:
     """Turns beliefs over hidden states into weights of situations: that of the nearest one is 1."""
 
@@ -93,7 +107,7 @@ class Weights:
         """Return the weights (K,) of a belief (S,), which are the belief itself if situations are states."""
         if self._states:
             return belief
-        return self._rows[int((self._halves - self._beliefs @ belief).argmin())]
+        return np.asarray(self._rows[_nearest(belief, self._beliefs, self._halves)])
 
     def of_each(self, beliefs: Floats) -> Floats:
         """Return the weights (T, K) of beliefs (T, S)."""

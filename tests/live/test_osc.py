@@ -7,7 +7,7 @@ from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import build_msg
 
 from cospeech.errors import UserError
-from cospeech.live.control import Listener, changes
+from cospeech.live.osc import Messages, changes
 
 
 def test_messages_become_changes():
@@ -38,7 +38,7 @@ def test_anything_else_takes_one_line(packet):
 
 
 def test_a_listener_yields_what_has_arrived_and_goes_on_after_a_wrong_packet():
-    listener = Listener("127.0.0.1", 0)
+    listener = Messages("127.0.0.1", 0)
     port = listener._socket.getsockname()[1]
     assert list(listener.changes()) == []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -48,5 +48,5 @@ def test_a_listener_yields_what_has_arrived_and_goes_on_after_a_wrong_packet():
         list(listener.changes())
     assert list(listener.changes()) == [("keyword", "left")]
     with pytest.raises(UserError, match=f"--osc 127.0.0.1:{port}: cannot listen there .*; choose another port"):
-        Listener("127.0.0.1", port)
+        Messages("127.0.0.1", port)
     listener.close()

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from pythonosc.osc_packet import OscPacket, ParseError
 
 from cospeech.errors import UserError
+from cospeech.live.changes import Change
 
 LARGEST_BYTES = 65536
 """Size of the largest UDP packet."""
 
 
-class Change(NamedTuple):
-    """A change: ``style:<name>`` with a number, or ``keyword`` with a word (see ``performing.Performer.control``)."""
-
-    name: str
-    value: float | str
-
-
-class Listener:
-    """Listens for changes.
+class Messages:
+    """Listens for messages; see ``changes.Listener``.
 
     Parameters
     ----------

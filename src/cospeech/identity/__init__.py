@@ -1,0 +1,1 @@
+"""Who is speaking: fusion of voice and lips, and open-set identification (Sargin 2006, chapter 2)."""
