@@ -46,7 +46,9 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/blending.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
+	$(BIN)/python bench/lips.py
 	$(BIN)/python bench/live.py
+	$(BIN)/python bench/viewer.py
 	$(BIN)/python bench/bodylanguage.py
 	$(BIN)/python bench/sweep.py
 	$(BIN)/python bench/growth.py

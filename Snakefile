@@ -139,6 +139,7 @@ localrules:
     markers,
     calibration,
     quality,
+    survey,
     libraries,
     models,
     verify,
@@ -187,6 +188,11 @@ rule calibration:
 rule quality:
     input:
         expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
+
+
+rule survey:
+    input:
+        expand(f"{RESULTS}/survey/{{record}}", record=RECORDS if "motion" in BRINGS else []),
 
 
 rule verify:

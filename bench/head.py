@@ -57,7 +57,8 @@ def follow(duration_s: float) -> bool:
     tenth = max(1, len(off) // 10)
     print(
         f"{duration_s:>6.0f} s: {each_ms:.1f} ms per stereo frame (goal: {GOAL_MS:g}); "
-        f"error {np.nanmean(off):.2f} mean, {np.nanmax(off):.2f} largest; drift {np.nanmean(off[-tenth:]) - np.nanmean(off[:tenth]):+.3f} degrees; "
+        f"error {np.nanmean(off):.2f} mean, {np.nanmax(off):.2f} largest; "
+        f"drift {np.nanmean(off[-tenth:]) - np.nanmean(off[:tenth]):+.3f} degrees; "
         f"lost {np.isnan(off[:, 0]).mean():.1%}"
     )
     return each_ms <= GOAL_MS

@@ -9,15 +9,18 @@ with job.run(snakemake) as work:
     given = features.of_tables(clips, work.read(work.input.audio, "mfcc"), work.read(work.input.lips, "lips"))
     given = features.shifted(given, int(work.read(work.input.delay, "delay")["shift"].iloc[0]))
     session = sessions.named(given.clips, work.wildcards.session)
+    settings, regularisation = Settings(**work.params["word_models"]), work.params["regularisation"]
     found, correlations = strategies.of_session(
         given,
         session,
-        Settings(**work.params["word_models"]),
+        settings,
         work.params["thresholds"],
         work.params["controls"],
-        work.params["regularisation"],
+        regularisation,
         work.params["seed"],
     )
+    wanted = strategies.dimensions(correlations, work.params["thresholds"])
+    found += strategies.ceiling(given, session, settings, wanted, regularisation)
     work.write([strategies.trials(given, session, one) for one in found], work.output.trials, "trials")
     table = canonical.correlation_table(session.name, correlations)
     work.write(table, work.output.correlations, "canonical_correlations")

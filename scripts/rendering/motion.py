@@ -3,11 +3,15 @@
 A system that failed planned no phrases or made no frames; what this script makes of that is empty as well.
 """
 
+from pathlib import Path
+
 from cospeech.data import tables
 from cospeech.evaluation import motion_scores
-from cospeech.formats import bvh
+from cospeech.formats import bvh, glb_writer
 from cospeech.markov import labelled_hmm
-from cospeech.motion import assembly, skeleton, unit_selection
+from cospeech.motion import assembly, library, skeleton, unit_selection
+from cospeech.motion.body import STANDARD
+from cospeech.rendering import export
 from cospeech.segmentation import gesture
 from cospeech.workflow import job
 
@@ -36,9 +40,13 @@ with job.run(snakemake) as work:
         work.say(f"{system}: {unit_selection.summary(selected, weight)}")
     if work.output.scores:
         work.write(scores or tables.empty("motion_scores"), work.output.scores, "motion_scores")
+    surface = export.surface()
     synthesised += [work.read(path, "motion") for path in work.input.made]
     for motion, bvh_path, seen_path in zip(synthesised, work.output.bvh, work.output.seen, strict=True):
         bvh.write(original.iloc[:0] if motion.empty else motion, bvh_path, fps)
+        if not motion.empty:
+            work.written.append(str(Path(bvh_path).with_suffix(".glb")))
+            glb_writer.write(work.written[-1], record, STANDARD, library.from_motion(motion), fps, surface)
         seen = tables.empty("segments") if motion.empty else gesture.unconstrained_phrases(model, record, motion)
         work.write(seen, seen_path, "segments")
     if work.output.original:

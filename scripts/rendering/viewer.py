@@ -24,7 +24,10 @@ with job.run(snakemake) as work:
         for one in zip(given["titles"], motions, phrases, given["shown"], strict=True)
         if not one[1].empty  # not the systems that failed
     ]
-    heard = voice(audio.read(work.input.audio).samples) if work.input.get("audio") else None
+    heard = None
+    if work.input.audio:
+        f0_hz = work.read(work.input.pitch, "pitch")["f0_hz"].to_numpy(dtype=float)
+        heard = voice(audio.read(work.input.audio).samples, f0_hz)
     sound = (heard.encoded, heard.duration_s, heard.curves) if heard else (None, 0.0, {})
     take = takes.Take(record, versions, *sound, CURVE_S)
     with tables.replacing(work.output.script) as path:

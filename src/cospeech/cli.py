@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 import cospeech
-from cospeech.commands import convert, library, live, retarget, synthesize, view, workflow
+from cospeech.commands import convert, identity, library, live, retarget, sync, synthesize, view, workflow
 from cospeech.commands.parser import Parser
 from cospeech.errors import UserError
 
-COMMANDS = (synthesize, live, library, view, convert, retarget, workflow)
+COMMANDS = (synthesize, live, library, view, convert, retarget, identity, sync, workflow)
 
 DESCRIPTION = "Learn which gestures go with which prosody, and synthesize gestures for speech."
 

@@ -1,6 +1,7 @@
 """The conditional random field against the sum over all label sequences, and its training against differences."""
 
 import numpy as np
+import pycrfsuite
 import pytest
 from chains import all_paths, draw, expectations, path_weights, random_hmm
 from scipy import special
@@ -124,3 +125,45 @@ def test_learns_hidden_states_from_the_posterior_of_an_hmm():
 def test_training_without_frames_is_refused():
     with pytest.raises(UserError, match="no frames"):
         crf.fit([], [])
+
+
+def crfsuite(sequences, labels, penalty, path):
+    """Train python-crfsuite; return its weights, with 0 where it has none, and its objective."""
+    trainer = pycrfsuite.Trainer(algorithm="lbfgs", verbose=False)
+    trainer.set_params({"c1": 0.0, "c2": penalty / 2, "max_iterations": 1000, "epsilon": 1e-7, "delta": 1e-10})
+    trainer.set_params({"feature.possible_states": True, "feature.possible_transitions": True})
+    for features, own in zip(sequences, labels, strict=True):
+        items = [{str(f): float(x) for f, x in enumerate(row)} for row in features]
+        trainer.append(pycrfsuite.ItemSequence(items), [str(label) for label in own])
+    trainer.train(str(path))
+    tagger = pycrfsuite.Tagger()
+    tagger.open(str(path))
+    found = tagger.info()
+    n_labels = 1 + max(int(own.max()) for own in labels)
+    model = CRF(np.zeros((n_labels, n_labels)), np.zeros((sequences[0].shape[1], n_labels)))
+    for (one, other), weight in found.transitions.items():
+        model.transitions[int(one), int(other)] = weight
+    for (feature, label), weight in found.state_features.items():
+        model.observations[int(feature), int(label)] = weight
+    return model, trainer.logparser.last_iteration["loss"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_known_labels_give_the_objective_and_the_minimum_of_python_crfsuite(seed, tmp_path):
+    """Features are positive: python-crfsuite leaves out those whose sum is not. It prints weights to six digits."""
+    rng = np.random.default_rng(seed)
+    n_labels, penalty = 2 + seed % 3, (0.3, 1.0, 4.0)[seed % 3]
+    labels = [rng.integers(n_labels, size=n) for n in (60, 45)]
+    sequences = [np.exp(np.eye(n_labels)[own] + rng.normal(0, 0.7, (len(own), n_labels))) for own in labels]
+    targets = []
+    for own in labels:
+        beliefs = np.eye(n_labels)[own]
+        targets.append(Targets(beliefs, beliefs[:-1].T @ beliefs[1:]))
+    theirs, loss = crfsuite(sequences, labels, penalty, tmp_path / "model.crfsuite")
+    value, gradient = crf.objective(theirs, sequences, targets, penalty)
+    assert value == pytest.approx(loss, rel=1e-6)
+    assert max(np.abs(part).max() for part in gradient) < 1e-2
+    ours = crf.fit(sequences, targets, penalty, 1000, 1e-8)
+    assert ours.objective == pytest.approx(loss, rel=1e-6)
+    for one, other in zip(ours.model, theirs, strict=True):
+        np.testing.assert_allclose(one, other, atol=2e-3)

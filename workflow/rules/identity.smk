@@ -96,7 +96,9 @@ if OTHERS["number"]:
             controls=IDENTITY["controls"],
             regularisation=IDENTITY["regularisation"],
             numbers=lambda wildcards: list(
-                range(1 + BLOCK * int(wildcards.block), 1 + min(BLOCK + BLOCK * int(wildcards.block), OTHERS["number"]))
+                range(
+                    1 + BLOCK * int(wildcards.block), 1 + min(BLOCK + BLOCK * int(wildcards.block), OTHERS["number"])
+                )
             ),
             seed=config["seed"],
         message:

@@ -135,6 +135,25 @@ if "motion" in BRINGS:
         script:
             "../../scripts/rendering/comparison.py"
 
+    # On request: the same seconds of a record in each version, without labels, for perception studies.
+    rule survey_clips:
+        input:
+            motions=[
+                f"{RESULTS}/motion/{{record}}.parquet",
+                *(made_by(system, "motion.parquet") for system in COMPARED),
+            ],
+            phrases=f"{RESULTS}/phrases/gesture/{{record}}.parquet",
+            audio=SOUND,
+        output:
+            folder=directory(f"{RESULTS}/survey/{{record}}"),
+        params:
+            settings=FILM,
+            versions=[ORIGINAL, *COMPARED],
+        message:
+            f"clips of {{wildcards.record}}: original, {', '.join(COMPARED)}"
+        script:
+            "../../scripts/rendering/survey_clips.py"
+
     # What the 3D viewer shows next to the original: the animated systems, driven by the right speech.
     VIEWED = [name for name in ANIMATED if SYSTEMS[name].drive == "own"]
 
@@ -150,6 +169,7 @@ if "motion" in BRINGS:
             ],
             head=HEAD_SHOWN,
             audio=SOUND,
+            pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet" if "audio" in BRINGS else [],
         output:
             script=f"{REPORTS}/viewer/{{record}}.js",
         params:

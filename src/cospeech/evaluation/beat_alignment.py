@@ -7,8 +7,8 @@ frames at 30 frames/s, its threshold of 0.1 and its sigma of 0.3 s). Two things 
 
 - The onsets of the sound are the peaks of voiced syllables, not those of the spectral flux, so that the score also
   exists for a corpus without sound.
-- More beats score higher, whether or not they are in time. What beats at random times score at the same rate is
-  therefore subtracted.
+- More beats score higher, whether or not they are in time, and so do beats at regular distances. What the same beats
+  score on average over all shifts in time is therefore subtracted.
 """
 
 from __future__ import annotations
@@ -49,15 +49,19 @@ def alignment(onsets_s: Floats, beats_s: Floats) -> float:
     return float(np.exp(-0.5 * (apart / SIGMA_S) ** 2).mean())
 
 
-def chance(rate_hz: float) -> float:
-    """Return the expected ``alignment`` of beats at random times (a Poisson process) with this rate.
+def chance(beats_s: Floats, duration_s: float) -> float:
+    """Return the mean ``alignment`` of beats, given in ascending order, over all circular shifts within a record.
 
-    The distance of a time from the nearest beat then has the density 2 r exp(-2 r t), so that the expectation is
+    A time then lies anywhere between two beats, with the same density everywhere. With the distances g of successive
+    beats, of which the last one leads over the end of the record to the first beat, the mean is
 
-        sqrt(2 pi) r sigma exp(2 r^2 sigma^2) erfc(sqrt(2) r sigma).
+        sum over g of sqrt(2 pi) sigma erf(g / (sqrt(8) sigma)) / duration.
     """
-    per_sigma = rate_hz * SIGMA_S
-    return float(math.sqrt(2.0 * math.pi) * per_sigma * special.erfcx(math.sqrt(2.0) * per_sigma))
+    if len(beats_s) == 0:
+        return 0.0
+    gaps = np.diff(beats_s, append=beats_s[0] + duration_s)
+    covered = math.sqrt(2.0 * math.pi) * SIGMA_S * special.erf(gaps / (math.sqrt(8.0) * SIGMA_S))
+    return float(covered.sum() / duration_s)
 
 
 def score(onsets_s: Floats, speed: Floats, fps: float, low: int, high: int) -> float:
@@ -73,4 +77,4 @@ def score(onsets_s: Floats, speed: Floats, fps: float, low: int, high: int) -> f
         return math.nan
     duration_s = len(speed) / fps
     found = [beats(one, fps) for one in speed.T]
-    return float(np.mean([alignment(inside, one) - chance(len(one) / duration_s) for one in found]))
+    return float(np.mean([alignment(inside, one) - chance(one, duration_s) for one in found]))

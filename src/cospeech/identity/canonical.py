@@ -1,9 +1,9 @@
 """Canonical correlation analysis (Sargin 2006, appendix A), with and without regularisation.
 
-Appendix A calls gamma both the eigenvalue of A.5 and the canonical correlation; the eigenvalue is its square. Section
-2.3.1 calls the diagonal of the between-set covariance squared canonical correlations; by A.6 and A.9 it is the
-canonical correlations themselves. Equation 2.6 applies the transpose of H, whose rows are the basis vectors by A.2: it
-is H that is applied.
+Appendix A calls gamma both the eigenvalue of A.5 and the canonical correlation; the eigenvalue is its square.
+Section 2.3.1 calls the diagonal of the between-set covariance squared canonical correlations; by A.6 and A.9 it is
+the canonical correlations themselves. Equation 2.6 applies the transpose of H, but the rows of H are the basis
+vectors (A.2), so that H itself is applied.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def covariances(x: Floats, y: Floats) -> Covariances:
 
 
 def regularised(covariance: Floats, share: float) -> Floats:
-    """Return a covariance matrix whose off-diagonal elements are reduced by ``share``, 0 to 1."""
-    return (1.0 - share) * covariance + share * np.diag(np.diagonal(covariance))
+    """Return a covariance matrix with its diagonal increased by ``share`` of it (a ridge)."""
+    return covariance + share * np.diag(np.diagonal(covariance))
 
 
 def whitening(covariance: Floats, what: str = "features") -> Floats:
@@ -75,7 +75,7 @@ def whitening(covariance: Floats, what: str = "features") -> Floats:
     """
     scale = np.sqrt(np.diagonal(covariance))
     try:
-        factor: Floats = np.linalg.cholesky(covariance)
+        factor = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
     except np.linalg.LinAlgError:
         factor = np.zeros_like(covariance)
     if not (np.diagonal(factor) > 1e-7 * scale).all():
@@ -92,7 +92,7 @@ def fit(x: Floats, y: Floats, regularisation: float = 0.0) -> Canonical:
     Parameters
     ----------
     x, y : the frames.
-    regularisation : share by which the covariances within each set are reduced off the diagonal.
+    regularisation : share of the variances that is added to them, which lowers the correlations.
 
     Raises
     ------
@@ -104,9 +104,9 @@ def fit(x: Floats, y: Floats, regularisation: float = 0.0) -> Canonical:
 def of_covariances(given: Covariances, regularisation: float = 0.0) -> Canonical:
     """Return the canonical transform that belongs to covariances; see ``fit``.
 
-    With Cholesky factors L of the covariances within the sets, the eigenvectors of A.5 are those of the singular value
-    decomposition of L_x^-1 C_xy L_y^-T, whose singular values are the canonical correlations. The largest element of
-    each basis vector of x is positive.
+    With Cholesky factors L of the covariances within the sets, A.5 is solved by the singular value decomposition of
+    L_x^-1 C_xy L_y^-T, whose singular values are the canonical correlations. The element of greatest size of each
+    basis vector of x is positive.
     """
     factor_x = whitening(regularised(given.xx, regularisation), "audio features")
     factor_y = whitening(regularised(given.yy, regularisation), "lip features")
@@ -120,7 +120,12 @@ def of_covariances(given: Covariances, regularisation: float = 0.0) -> Canonical
 
 
 def principal(frames: Floats, n_components: int) -> tuple[Floats, Floats]:
-    """Return the mean of frames (T, D), and the matrix (N, D) that gives their first principal components variance 1."""
+    """Return the mean of frames (T, D), and the basis (N, D) of their first principal components with variance 1.
+
+    Raises
+    ------
+    UserError : if the frames have fewer independent features.
+    """
     mean = frames.mean(axis=0)
     centred = frames - mean
     values, vectors = np.linalg.eigh(centred.T @ centred / len(frames))

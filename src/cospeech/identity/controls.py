@@ -124,7 +124,7 @@ def stretched(frames: Floats, n_frames: int) -> Floats:
 
 
 def _of_another(features: Features, clip: int, same: str, differs: str, seed: int) -> Floats | None:
-    """Return the lips of a clip with the same value in one column and another value in another one, at this length."""
+    """Return lips of another clip, with the value of ``same`` in common but not that of ``differs``, stretched."""
     clips = features.clips
     match = (clips[same] == clips[same].iloc[clip]) & (clips[differs] != clips[differs].iloc[clip])
     others = np.flatnonzero((match & clips[differs].notna()).to_numpy())

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
@@ -39,7 +38,7 @@ class Settings(NamedTuple):
     Attributes
     ----------
     longest_s : longest delay that is tried, in seconds.
-    regularisation : share by which the covariances within voice and lips are reduced off the diagonal.
+    regularisation : share of the variances of voice and lips that is added to them.
     samples : number of bootstrap samples.
     mismatches : number of wrong pairings of voice and lips.
     level : level of the interval.
@@ -133,7 +132,7 @@ def _find(features: Features, settings: Settings, seed: int) -> Delay:
     n_groups = min(GROUPS, len(starts))
     sums = _sums(pieces, np.arange(len(starts)) * n_groups // len(starts), n_groups)
     measure = _measures(sums, np.ones(n_groups), settings.regularisation)
-    counts = random_source(seed, "delay").multinomial(n_groups, np.full(n_groups, 1 / n_groups), settings.samples)
+    counts = _drawn(n_groups, settings.samples, seed)
     resampled = [_peak(_measures(sums, drawn, settings.regularisation)) for drawn in counts]
     tail = 0.5 * (1.0 - settings.level)
     low, high = (np.quantile(resampled, [tail, 1.0 - tail]) - longest) / RATE_HZ
@@ -194,7 +193,7 @@ def _flat(pieces: Floats) -> Floats:
     return pieces.reshape(-1, pieces.shape[-1])
 
 
-def _measures(sums: _Sums, counts: npt.ArrayLike, regularisation: float) -> Floats:
+def _measures(sums: _Sums, counts: Floats, regularisation: float) -> Floats:
     """Return gamma_AL (2.5) of each shift, (S,), with each group of pieces counted so often.
 
     The sum of the squared canonical correlations is the trace of C_xx^-1 C_xy C_yy^-1 C_yx, see A.5.
@@ -210,7 +209,7 @@ def _invertible(covariance: Floats, regularisation: float) -> Floats:
     """Return regularised covariances (..., D, D); a feature that does not vary counts for nothing."""
     own = np.diagonal(covariance, axis1=-2, axis2=-1)
     added = regularisation * own + (own <= 0.0)
-    regularised: Floats = (1.0 - regularisation) * covariance + added[..., None] * np.eye(own.shape[-1])
+    regularised: Floats = covariance + added[..., None] * np.eye(own.shape[-1])
     return regularised
 
 
@@ -225,6 +224,12 @@ def _mismatched(pieces: _Pieces, settings: Settings, seed: int) -> Floats:
         for place, other in enumerate(wrong):
             found[place] = max(found[place], ((voice.T @ other / len(voice)) ** 2).sum())
     return found
+
+
+def _drawn(n_groups: int, samples: int, seed: int) -> Floats:
+    """Return how often each group of pieces is drawn in each bootstrap sample, (samples, G)."""
+    equal = np.full(n_groups, 1 / n_groups)
+    return random_source(seed, "delay").multinomial(n_groups, equal, samples).astype(np.float64)
 
 
 def _deranged(n: int, rng: np.random.Generator) -> Integers:

@@ -1,7 +1,7 @@
 """The four sessions of Sargin 2006, 2.4: two partitions of the clients' clips, each half trained on in turn.
 
-The document calls the training sets of the two partitions disjoint, which would make the partitions the same; they are
-read as two different ones. The first takes the first half of a speaker's repetitions, the second every other one.
+The document calls the training sets of the two partitions disjoint, which would make the partitions the same; they
+are read as two different ones. The first takes the first half of a speaker's repetitions, the second every other one.
 Every clip of an impostor, a registered speaker who says the name of another one, is tested in each session.
 """
 
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from cospeech.data.arrays import Integers
+from cospeech.data.arrays import Flags, Integers
 from cospeech.errors import UserError
 
 
@@ -21,7 +21,7 @@ class Session(NamedTuple):
 
     Attributes
     ----------
-    name : ``1`` to ``4``.
+    name : ``1`` to ``4``, or ``all``.
     speakers : the registered speakers, in the order of their models.
     train, owner : (C,) clips that are trained on, by index, and the index of the speaker of each.
     test : (K,) clips that are tested.
@@ -54,15 +54,7 @@ def sessions(clips: pd.DataFrame) -> list[Session]:
     ------
     UserError : if fewer than two speakers can be registered.
     """
-    speakers = registered(clips)
-    if len(speakers) < 2:
-        raise UserError(
-            f"{len(speakers)} speakers have two repetitions of their own name or more; identification needs two such "
-            "speakers, add clips to the sheet"
-        )
-    place = {name: index for index, name in enumerate(speakers)}
-    client = clips["own_name"].to_numpy(dtype=bool) & clips["speaker"].isin(speakers).to_numpy()
-    owner = clips["speaker"].map(place).fillna(-1).to_numpy(dtype=np.int64)
+    speakers, client, owner = _clients(clips)
     rank = clips["repetition"].where(client).groupby(clips["speaker"]).rank(method="first").fillna(0.0).to_numpy()
     count = np.bincount(owner[client], minlength=len(speakers))
     half = (count + 1) // 2
@@ -72,8 +64,30 @@ def sessions(clips: pd.DataFrame) -> list[Session]:
     found = []
     for name, part in zip(NAMES, (first, ~first, odd, ~odd), strict=True):
         train, tested = np.flatnonzero(client & part), np.flatnonzero(client & ~part)
-        found.append(Session(name, speakers, train, owner[train], np.concatenate([tested, others])))
+        found.append(Session(name, speakers, train, np.asarray(owner[train]), np.concatenate([tested, others])))
     return found
+
+
+def of_all(clips: pd.DataFrame) -> Session:
+    """Return a session that trains on all clips of clients, and tests those of impostors."""
+    speakers, client, owner = _clients(clips)
+    train = np.flatnonzero(client)
+    others = np.flatnonzero(~clips["own_name"].to_numpy(dtype=bool))
+    return Session("all", speakers, train, np.asarray(owner[train]), others)
+
+
+def _clients(clips: pd.DataFrame) -> tuple[list[str], Flags, Integers]:
+    """Return the registered speakers, whether each clip is theirs as clients, and the index of its speaker."""
+    speakers = registered(clips)
+    if len(speakers) < 2:
+        raise UserError(
+            f"{len(speakers)} speakers have two repetitions of their own name or more; identification needs two such "
+            "speakers, add clips to the sheet"
+        )
+    place = {name: index for index, name in enumerate(speakers)}
+    client = clips["own_name"].to_numpy(dtype=bool) & clips["speaker"].isin(speakers).to_numpy()
+    owner = np.asarray(clips["speaker"].map(place).fillna(-1), dtype=np.int64)
+    return speakers, client, owner
 
 
 def named(clips: pd.DataFrame, name: str) -> Session:

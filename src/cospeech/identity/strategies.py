@@ -1,7 +1,7 @@
 """The strategies of Sargin 2006, tables 2.1 and 2.2: classifiers of single streams, and sums of their log-ratios.
 
-Bayesian decision fusion, the product rule, adds the log-likelihood ratios rho (2.1) of the classifiers. The score of a
-clip is that of the speaker with the greatest sum (2.2).
+Bayesian decision fusion, the product rule, adds the log-likelihood ratios rho (2.1) of the classifiers. The score of
+a clip is that of the speaker with the greatest sum (2.2).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PLAIN = {
     "audio + lips": ("audio", "lips"),
     "audio + concatenated": ("audio", "concatenated"),
 }
-"""The strategies of table 2.2 without canonical correlation analysis, and the classifiers whose log-ratios they add."""
+"""The strategies of table 2.2 that need no canonical correlations, and the classifiers whose log-ratios they add."""
 
 CANONICAL = {
     "canonical": ("canonical",),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 
+from cospeech.data.arrays import Integers
 from cospeech.identity.controls import PAIRED
 from cospeech.metrics import bootstrap, equal_error
 from cospeech.metrics.equal_error import RATES, Trials
@@ -48,7 +49,8 @@ def equal_error_rates(trials: pd.DataFrame, clips: pd.DataFrame, settings: Boots
     session, every = trials["session"].to_numpy(dtype=object), of_table(trials)
     dimension = trials["dimension"].to_numpy(dtype=float, na_value=np.nan)
     rows = []
-    for key, members in trials.groupby(STRATEGY, sort=False, dropna=False).indices.items():
+    strategies = trials.groupby(STRATEGY, sort=False, dropna=False).indices
+    for key, members in cast("Mapping[tuple[Any, ...], Integers]", strategies).items():
         of_session = session[members]
         parts = {None: members} | {name: members[of_session == name] for name in dict.fromkeys(of_session)}
         for name, own in parts.items():
@@ -93,7 +95,7 @@ def det(trials: pd.DataFrame, chosen: Sequence[tuple[str, float]]) -> pd.DataFra
 
 
 def best_thresholds(rates: pd.DataFrame, condition: str = PAIRED) -> pd.DataFrame:
-    """Return, for each strategy of a condition, the row with the least equal error rate as printed, over all sessions."""
+    """Return the row of each strategy at its best threshold: by rates as printed, of all sessions together."""
     own = rates[(rates["condition"] == condition) & (rates["rates"] == RATES[0]) & rates["session"].isna()]
     return own.loc[own.groupby("strategy", sort=False)["eer_pct"].idxmin().dropna()]
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
@@ -48,13 +47,13 @@ class Clips(NamedTuple):
     begin: Integers
     length: Integers
 
-    def chosen(self, clips: npt.ArrayLike) -> Clips:
-        """Return some clips, given by index or by flag."""
+    def chosen(self, clips: Integers) -> Clips:
+        """Return some clips, given by index."""
         return Clips(self.frames, self.begin[clips], self.length[clips])
 
 
 class Fit(NamedTuple):
-    """Trained models, and their log-likelihoods (iterations + 1, R) during training; the last are those of the models."""
+    """Trained models, and log-likelihoods (iterations + 1, R) during training; the last are those of the models."""
 
     models: WordHMMs
     log_likelihoods: Floats
@@ -191,7 +190,7 @@ def expect(models: WordHMMs, clips: Clips, owner: Integers) -> Counts:
 def maximise(models: WordHMMs, counts: Counts, floor: Floats) -> WordHMMs:
     """Return the maximum likelihood models of the expected counts within the limits (the M-step of Baum-Welch).
 
-    A clip passes from state i to the next one if it ends in a later state. States without frames keep their parameters.
+    A clip leaves state i if it ends in a later one. States without frames keep their parameters.
     """
     left = counts.ended[:, ::-1].cumsum(axis=1)[:, ::-1] - counts.ended
     before_end = counts.occupied - counts.ended

@@ -4,9 +4,9 @@ Each lane of a vector is one pair of a clip and a model: in training 8 clips, ea
 one clip and 8 models. All logarithms have the base 2.
 
 The forward probability of a state is stored as the log-probability of the best path to it (Viterbi) and the ratio of
-the forward probability to that of this path, which is at least 1 and grows no faster than the number of paths. A state
-is reached from two others only, so that one exponential per frame and state suffices, and nothing underflows, however
-badly a model fits. The backward probabilities are stored in the same way.
+the forward probability to that of this path, which is at least 1 and grows no faster than the number of paths. A
+state is reached from two states only, so that one exponential per frame and state suffices. Nothing underflows,
+however badly a model fits. The backward probabilities are stored in the same way.
 """
 
 from __future__ import annotations

@@ -108,9 +108,9 @@ def equal_error(trials: Trials, rates: str) -> EqualError:
 
 
 def threshold_at(trials: Trials, rates: str, false_accept: float) -> float:
-    """Return the most lenient threshold whose false-accept rate is at most ``false_accept``, halfway to the next score.
+    """Return the most lenient threshold whose false-accept rate is at most ``false_accept``.
 
-    It is infinite if even the highest score would be a false accept too many.
+    It is halfway between the scores on both sides, and infinite if even the highest score is a false accept too many.
     """
     points = curve(trials, rates)
     allowed = int(np.flatnonzero(points.false_accept <= false_accept)[-1])

@@ -24,7 +24,7 @@ FOOTAGE_TEXT = (225, 228, 232)
 
 @dataclass(frozen=True)
 class Panel:
-    """One column of a video: its title, a motion table and the gesture phrases of the motion."""
+    """One column of a video: its title, a motion table and the gesture phrases of the motion, if they are shown."""
 
     title: str
     motion: pd.DataFrame
@@ -69,7 +69,7 @@ def render(panels: Sequence[Panel], fps: float, height_px: int, caption: str) ->
     motion_fps = skeleton.frame_rate(panels[0].motion)
     duration_s = len(panels[0].motion) / motion_fps
     times = segments.frame_times(n_video_frames(panels[0].motion, fps), fps)
-    labels = [picture.labels_at(panel.phrases, times) for panel in panels]
+    labels = [picture.labels_at(panel.phrases, times) if len(panel.phrases) else [] for panel in panels]
     margin, band = round(14 * unit), round(6 * unit)
     timeline_box = (margin, height - round(30 * unit), width - margin, height - round(30 * unit) + band)
     timelines = [picture.Timeline(panel.phrases, duration_s, timeline_box) for panel in panels]
@@ -84,9 +84,10 @@ def render(panels: Sequence[Panel], fps: float, height_px: int, caption: str) ->
             frame = min(int(time_s * motion_fps), len(bodies[number]) - 1)
             for drawn in figures[number]:
                 drawn.draw(image, frame)
-            timeline.draw_cursor(part, time_s)
-            colours, shape = picture.tag(labels[number][step], round(11 * unit))
-            canvas.lay(part, round(11 * unit), width - margin - shape.shape[1], colours, shape)
+            if labels[number]:
+                timeline.draw_cursor(part, time_s)
+                colours, shape = picture.tag(labels[number][step], round(11 * unit))
+                canvas.lay(part, round(11 * unit), width - margin - shape.shape[1], colours, shape)
             picture.clock(part, time_s, height - round(19 * unit), width - margin, round(10 * unit))
         yield image
 

@@ -50,7 +50,10 @@ MEASURES = {
         "hand speed r", "", "more", "correlation of the hands' speed with that of the recorded hands"
     ),
     "beat_alignment": Measure(
-        "beat alignment", "", "more", "nearness of syllables to beats of the hands, beyond that of beats at random"
+        "beat alignment",
+        "",
+        "more",
+        "nearness of syllables to beats of the hands, beyond that of the same beats at other times",
     ),
     "frechet_distance": Measure(
         "Fréchet distance", "", "less", "between the features of hand motion in windows of the two motions"

@@ -1,9 +1,9 @@
 """Pitch movements over several syllables, which head gestures are joined with (Sargin 2006, 4.4.2).
 
-A movement is an intonation phrase whose contour is distinct from all others: a rise, a fall, a rise-fall, a high
+A movement is an intonation phrase whose contour shares no part with another one: a rise, a fall, a high level, a high
 accent or a low level. In the world ``patterns``, all speech consists of movements that begin and end between
 syllables, and each speaker has habits about which one follows which. In the other worlds, two patterns of intonation
-phrases, a high level and a soft aside, are no movements.
+phrases, a rise-fall and a soft aside, are no movements.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cospeech.data.rng import random_source
 from cospeech.studio.patterns import NAMES, PAUSE
 from cospeech.studio.syllables import stretches
 
-CONTOURS = {"r1": "p4", "r2": "p5", "r3": "p6", "r4": "p7", "r5": "p2"}
+CONTOURS = {"r1": "p4", "r2": "p5", "r3": "p3", "r4": "p7", "r5": "p2"}
 """The prosody pattern whose contour each movement has."""
 
 NONE = "none"

@@ -25,9 +25,13 @@ class Voice(NamedTuple):
     curves: dict[str, Floats]
 
 
-def voice(samples: Floats) -> Voice:
-    """Return the voice of mono samples (n,) at ``sound.RATE_HZ``."""
-    curves = {"Pitch (Hz)": pitch.track(samples, sound.RATE_HZ).f0_hz[::2], "Intensity (dB)": _intensity_db(samples)}
+def voice(samples: Floats, f0_hz: Floats | None = None) -> Voice:
+    """Return the voice of mono samples (n,) at ``sound.RATE_HZ``.
+
+    ``f0_hz`` is its pitch, one value per ``pitch.STEP_S``, NaN where it is unvoiced; None tracks it.
+    """
+    tracked = pitch.track(samples, sound.RATE_HZ).f0_hz if f0_hz is None else f0_hz
+    curves = {"Pitch (Hz)": tracked[::2], "Intensity (dB)": _intensity_db(samples)}
     return Voice(mp4.encode_sound(samples.astype(np.float32), sound.RATE_HZ), len(samples) / sound.RATE_HZ, curves)
 
 

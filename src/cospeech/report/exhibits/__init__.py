@@ -52,9 +52,7 @@ def absent(
         if condition.name not in known:
             # An exhibit that misses several conditions is named once, with the first of them.
             lacking = [
-                exhibit
-                for exhibit in among
-                if [n for n in exhibit.needs if n not in known][:1] == [condition.name]
+                exhibit for exhibit in among if [n for n in exhibit.needs if n not in known][:1] == [condition.name]
             ]
             found.append(
                 Absent(

@@ -127,7 +127,8 @@ SOURCES = {
 
 Placeholders: ``record``, ``first_record`` (the one that is shown from speech to gesture), ``captured`` (records whose
 joint angles come from films or markers), ``pictured``, ``in_timeline`` and ``third_party`` (systems, see ``Run``),
-``first_head`` and ``shown_head`` (the system whose patterns are shown, and those whose heads are), and ``setting`` (the main setting of the prosody clusters, as a path).
+``first_head`` and ``shown_head`` (the system whose patterns are shown, and those whose heads are), and ``setting``
+(the main setting of the prosody clusters, as a path).
 """
 
 LABELS = "phrases.gesture.labels"

@@ -21,7 +21,7 @@ LEVINE_2009 = "Levine 2009"
 """S. Levine, "Body Language Animation Synthesis from Prosody", honors thesis, Stanford University, 2009."""
 
 SARGIN_2006 = "Sargin 2006"
-"""M. E. Sargin, "Audio-Visual Correlation Modeling for Speaker Identification and Synthesis", Koç University, 2006."""
+"""M. E. Sargin, "Audio-Visual Correlation Modeling for Speaker Identification and Synthesis", Koç Univ., 2006."""
 
 Names = Mapping[str, Sequence[Any]]
 """What the placeholders of a source's path may stand for."""

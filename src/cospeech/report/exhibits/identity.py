@@ -1,4 +1,4 @@
-"""The exhibits of speaker identification (Sargin 2006, chapter 2): figs. 2.1 and 2.2, tables 2.1 and 2.2, controls."""
+"""The exhibits of speaker identification: those of Sargin 2006, chapter 2, their controls, and gains."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def shifts(_: Run, curve: pd.DataFrame, delay: pd.DataFrame, rates: pd.DataFrame
         axis.set_xlabel("shift of the lips, ms")
         axis.grid(axis="y")
     numbers = curve.merge(
-        rates.pivot(index="shift_ms", columns="rates", values="eer_pct").add_prefix("eer_pct ").reset_index(),
+        rates.pivot_table(index="shift_ms", columns="rates", values="eer_pct").add_prefix("eer_pct ").reset_index(),
         on="shift_ms",
         how="left",
     )
@@ -157,8 +157,8 @@ def correlations(run: Run, correlations: pd.DataFrame) -> Drawing:
     axis = axes[0, 0]
     colours = style.system_colours(correlations["session"].unique())
     for session, own in correlations.groupby("session", sort=False):
-        axis.plot(own["pair"], own["correlation"], color=colours[session], marker="o", markersize=2.5, linewidth=1.0,
-                  label=f"session {session}")  # fmt: skip
+        look = {"color": colours[str(session)], "marker": "o", "markersize": 2.5, "linewidth": 1.0}
+        axis.plot(own["pair"], own["correlation"], label=f"session {session}", **look)
     axis.axhline(facts["threshold"], color=style.FAINT, linestyle=(0, (4, 2)), linewidth=1.0)
     axis.text(1.0, facts["threshold"], f"{facts['threshold']:g}", color=style.FAINT, va="bottom", fontsize=8)
     axis.set_xlabel("pair of canonical components")
@@ -187,9 +187,9 @@ def _range(values: pd.Series, form: str) -> str:
 
 
 def best_of(rates: pd.DataFrame, condition: str, strategy: str) -> pd.Series | None:
-    """Return the row of a strategy with the least equal error rate over its thresholds; None if there is no such row."""
+    """Return the row of a strategy with the least equal error rate over its thresholds, or None."""
     own = rates[(rates["condition"] == condition) & (rates["strategy"] == strategy)].dropna(subset=["eer_pct"])
-    return None if own.empty else own.loc[own["eer_pct"].idxmin()]
+    return None if own.empty else own.sort_values("eer_pct", kind="stable").iloc[0]
 
 
 def strategies(_: Run, rates: pd.DataFrame) -> Drawing:
@@ -223,7 +223,7 @@ def strategy_table(run: Run, numbers: pd.DataFrame) -> Table:
         printed = own[own["rates"] == PRINTED]
         controls = printed[printed["condition"].isin(CONTROLS)]
         if len(controls):
-            strictest = controls.loc[controls["eer_pct"].idxmin()]
+            strictest = controls.sort_values("eer_pct", kind="stable").iloc[0]
             cells.append(f"{percent(strictest['eer_pct'])}: {CONDITIONS[strictest['condition']]}")
         else:
             cells.append("")
@@ -401,7 +401,7 @@ def _others(rows: pd.DataFrame) -> list[str]:
 def gain_table(_: Run, numbers: pd.DataFrame) -> Table:
     """Return the gains for the page."""
     rows: list[Sequence[str]] = []
-    for (_, row), other in zip(numbers.iterrows(), _others(numbers), strict=True):
+    for (_index, row), other in zip(numbers.iterrows(), _others(numbers), strict=True):
         text = [f"{row[name]:+.2f}".replace("-", "−") for name in ("gain", "low", "high")]
         kind = "strategy without CCA" if row["condition"] == PAIRED else "control"
         rows.append([SCHEMES[row["strategy"]], kind, other, text[0], f"{text[1]} to {text[2]}"])

@@ -18,10 +18,9 @@ from cospeech.report.systems import Systems
 
 Config = dict[str, Any]
 
-
 LEAD = (
-    "Which gestures go with which melody of speech? A system learns this from recordings of a person and then invents "
-    "gestures for a recording that it has not heard before. This page shows how well that works."
+    "Which gestures go with which melody of speech? A system learns this from recordings of a person and then "
+    "invents gestures for a recording that it has not heard before. This page shows how well that works."
 )
 
 DOCUMENT = (

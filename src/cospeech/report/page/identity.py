@@ -30,9 +30,9 @@ from cospeech.report.page.sections import Shown
 Config = dict[str, Any]
 
 LEAD = (
-    "Who is speaking? A person says a name in front of a camera. A system that knows some speakers by voice and lips says "
-    "which of them it is, or that it knows nobody like this. This page shows how well that works, and whether it helps to "
-    "fuse voice and lips by canonical correlation analysis."
+    "Who is speaking? A person says a name in front of a camera. A system that knows some speakers by voice and lips "
+    "says which of them it is, or that it is nobody known. This page shows how well that works, and whether it helps "
+    "to fuse voice and lips by canonical correlation analysis."
 )
 
 DOCUMENT = (
@@ -86,11 +86,11 @@ def banner(config: Config, clips: pd.DataFrame) -> Banner:
         "virtual",
         "Everything here is virtual: nobody was recorded.",
         [
-            f"{size}. {made} By design, {100 * population['shared']:g} % of the lip movements follow the phones that are "
-            f"spoken (shared {population['shared']:g}; own of the voice {population['own_voice']:g}, of the lips "
+            f"{size}. {made} By design, {100 * population['shared']:g} % of the lip movements follow the phones that "
+            f"are spoken (shared {population['shared']:g}; own of the voice {population['own_voice']:g}, of the lips "
             f"{population['own_lips']:g}).",
-            "These numbers show how well the methods recover what was planted. They say nothing about people, and their "
-            "values are not comparable with published ones, which come from recordings.",
+            "These numbers show how well the methods recover what was planted. They say nothing about people, and "
+            "their values are not comparable with published ones, which come from recordings.",
         ],
     )
 
@@ -115,7 +115,7 @@ def _gain(gains: pd.DataFrame | None) -> Finding:
     proven, evidence = [], []
     for strategy, own in gains.groupby("strategy", sort=False):
         missed = own[~(own["low"] > 0.0)]
-        least = own.loc[own["low"].idxmin()]
+        least = own.sort_values("low", kind="stable").iloc[0]
         title = SCHEMES[str(strategy)]
         if missed.empty:
             proven.append(title)
@@ -180,8 +180,8 @@ def _controls(rates: pd.DataFrame) -> Finding:
             f"{percent(strictest['eer_pct'])} % ({CONDITIONS[strictest['condition']]})"
         )
     return Finding(
-        f"In {matched} of {len(evidence)} fusion schemes, a transform that was trained on something else does as well, "
-        "within the interval.",
+        f"In {matched} of {len(evidence)} fusion schemes, a transform that was trained on something else does as "
+        "well, within the interval.",
         evidence,
     )
 
@@ -193,7 +193,7 @@ def _delay(delay: pd.Series) -> Finding:
     return Finding(
         f"The voice lags {delay['delay_ms']:.0f} ms behind the lips.",
         [
-            f"interval {delay['low_ms']:.1f} to {delay['high_ms']:.1f} ms, from {delay['pieces']} pieces of half a second",
+            f"interval {delay['low_ms']:.1f} to {delay['high_ms']:.1f} ms, from {delay['pieces']} pieces of 0.5 s",
             *([f"planted: {planted:.0f} ms"] if pd.notna(planted) else []),
             "published: 40 ms",
         ],
@@ -206,20 +206,40 @@ def facts(config: Config, clips: pd.DataFrame) -> list[tuple[str, str]]:
     models, level = identity["word_models"], config["evaluation"]["bootstrap"]["level"]
     rates = ", ".join(f"{fps:g}" for fps in sorted(clips["fps"].unique()))
     return [
-        ("features", "13 MFCC with first and second derivatives at 100 Hz; 50 DCT coefficients of the lip region at "
-         f"{rates} frames/s, by cubic splines at 100 Hz"),
-        ("word models", f"left-to-right HMMs with {models['states']} states and diagonal Gaussians, one for each speaker "
-         "and one for the world; the document does not state its numbers of states and Gaussians"),
-        ("sessions", "the clips of each speaker's own name are halved in two ways, and each half is trained on in turn; "
-         "all clips of other names are tested as impostors. “All sessions” puts their trials under one threshold of the "
-         "score"),
-        ("rates as printed", "equation 2.4: FAR = F_a / (N_a + N_r), where clients who are taken for somebody else count "
-         "as false accepts; FRR = F_r / N_a"),
-        ("usual rates", "FAR: share of impostors that are accepted; FRR: share of clients that are rejected or taken for "
-         "somebody else"),
-        ("intervals", f"{100 * level:g} %, {config['evaluation']['bootstrap']['samples']} bootstrap samples of speakers"),
-        ("controls", "the transform alone is trained on something else, in as many dimensions; the word models are always "
-         "trained and tested with the right lips. " + "; ".join(CONDITIONS[name] for name in identity["controls"])),
+        (
+            "features",
+            f"13 MFCC with first and second derivatives at 100 Hz; 50 DCT coefficients of the lip region at {rates} "
+            "frames/s, by cubic splines at 100 Hz",
+        ),
+        (
+            "word models",
+            f"left-to-right HMMs with {models['states']} states and diagonal Gaussians, one for each speaker and one "
+            "for the world; the document does not state its numbers of states and Gaussians",
+        ),
+        (
+            "sessions",
+            "the clips of each speaker's own name are halved in two ways, and each half is trained on in turn; all "
+            "clips of other names are tested as impostors. “All sessions” puts their trials under one threshold",
+        ),
+        (
+            "rates as printed",
+            "equation 2.4: FAR = F_a / (N_a + N_r), where clients who are taken for somebody else count as false "
+            "accepts; FRR = F_r / N_a",
+        ),
+        (
+            "usual rates",
+            "FAR: share of impostors that are accepted; FRR: share of clients that are rejected or taken for "
+            "somebody else",
+        ),
+        (
+            "intervals",
+            f"{100 * level:g} %, {config['evaluation']['bootstrap']['samples']} bootstrap samples of speakers",
+        ),
+        (
+            "controls",
+            "the transform alone is trained on something else, in as many dimensions; the word models are always "
+            f"trained and tested with the right lips. {'; '.join(CONDITIONS[name] for name in identity['controls'])}",
+        ),
         ("ceiling", "transform and word models are trained on the tested clips of clients as well"),
         ("seed", str(config["seed"])),
-    ]  # fmt: skip
+    ]
