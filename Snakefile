@@ -49,7 +49,8 @@ try:
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL, record_list.offers(BRINGS))
-    configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
+    if not IDENTIFIES:
+        configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:

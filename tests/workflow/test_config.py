@@ -134,6 +134,21 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(phrases__gesture__iterations=1e9), "1000000000.0 is greater than the maximum"),
         (changed(speech__frame_s=1e-9), "config: speech.frame_s: 1e-09 is less than the minimum"),
         (changed(corpus__name="x" * 101), "config: corpus.name: 'xxx"),
+        (changed(identity__population=True, identity__sheet="a.csv"), "population and sheet exclude each other"),
+        (changed(identity__sheet="a.csv"), "identity.sheet lists recorded clips; set corpus.source to recorded"),
+        (
+            changed(identity__population=True, studio__population__repetitions=1),
+            "studio.population.repetitions: with one, nothing is left to test",
+        ),
+        (
+            changed(identity__population=True, identity__populations__speakers=4),
+            "studio.population.others: there are not 5 names of other speakers",
+        ),
+        (
+            changed(identity__delay__regularisation=0),
+            "config: identity.delay.regularisation: 0 is less than or equal",
+        ),
+        (changed(identity__controls=["silence"]), "config: identity.controls.0: 'silence' is not one of"),
         (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
         (calibrated(method="board", films="x", board="y"), "a board takes [], or one {origin_frame: ...}"),
         (calibrated(method="given"), "capture.calibration.file: name the TOML"),
