@@ -55,6 +55,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/controller.py
 	$(BIN)/python bench/capture.py
 	$(BIN)/python bench/identity.py
+	$(BIN)/python bench/head.py
 
 MODEL := results/bundled/models/hsmm_sampled/clusters~8,states~3/ada
 BUNDLED := src/cospeech/bundled_model

@@ -55,11 +55,11 @@ def follow(duration_s: float) -> bool:
     each_ms = 1000.0 * (time.process_time() - began - views.seconds) / len(found)
     off = np.abs(found[["x_deg", "y_deg", "z_deg"]].to_numpy() - planted.angles_deg)
     tenth = max(1, len(off) // 10)
+    drift = np.nanmean(off[-tenth:]) - np.nanmean(off[:tenth])
     print(
         f"{duration_s:>6.0f} s: {each_ms:.1f} ms per stereo frame (goal: {GOAL_MS:g}); "
         f"error {np.nanmean(off):.2f} mean, {np.nanmax(off):.2f} largest; "
-        f"drift {np.nanmean(off[-tenth:]) - np.nanmean(off[:tenth]):+.3f} degrees; "
-        f"lost {np.isnan(off[:, 0]).mean():.1%}"
+        f"drift {drift:+.3f} degrees; lost {np.isnan(off[:, 0]).mean():.1%}"
     )
     return each_ms <= GOAL_MS
 

@@ -11,9 +11,13 @@ with job.run(snakemake) as work:
         heads.Panel(title, table) for title, table in zip(work.params["titles"], angles, strict=True) if len(table)
     ]
     caption = f"{work.wildcards.record} · {work.corpus}"
-    film = work.input.film[0] if work.input.film else None
     with tables.replacing(work.output.video) as path:
         heads.write_video(
-            path, panels, caption, sound=work.input.audio or None, footage=film, **work.params["settings"]
+            path,
+            panels,
+            caption,
+            sound=work.input.audio or None,
+            footage=work.input.film or None,
+            **work.params["settings"],
         )
     canvas.save(heads.strip(panels, heads.liveliest(panels[0].angles)), work.output.strip)

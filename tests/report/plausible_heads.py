@@ -99,6 +99,40 @@ def captured(actors):
     return pd.DataFrame(parts)
 
 
+def curves():
+    rows = []
+    for stream in ("head", "melody", "joint"):
+        for n in range(2, 9):
+            fitness = {
+                "alpha": -5.0 + 0.3 * n,
+                "beta": 1.0 / n,
+                "bic": 10.0 + abs(n - 5),
+                "stability": 1.0 - 0.05 * n,
+            }
+            rows.append({"stream": stream, "n_patterns": n} | fitness)
+    return pd.DataFrame(rows)
+
+
+def generation():
+    rng = np.random.default_rng(5)
+    parts = []
+    for stage in ("drawn", "median", "printed", "kept"):
+        table = head.table(rng.normal(0.0, 5.0, (120, 3)), 30.0).drop(columns="frame")
+        parts.append(table.assign(stage=stage, pattern=np.repeat(["g1", "g2", "g3"], 40)))
+    return pd.concat(parts, ignore_index=True)
+
+
+def accuracy():
+    rows = []
+    for width_px in (320, 640):
+        for flow in ("warped", "printed"):
+            for axis, mean in (("x", 0.3), ("y", 0.5), ("z", 0.2)):
+                film = {"width_px": width_px, "contrast": 1.0, "noise": 2.0, "flow": flow, "depth": "disparity"}
+                errors = {"mean_deg": mean, "max_deg": 3 * mean, "share_lost": 0.0, "n_frames": 36}
+                rows.append(film | {"axis": axis} | errors)
+    return pd.DataFrame(rows)
+
+
 def results(actors):
     """Tables by path, with their schemas, as a run leaves them for its report."""
     first = next(iter(actors))
@@ -106,9 +140,12 @@ def results(actors):
     found |= {f"synthesis/{name}/main/{first}/head.parquet": (angles(k + 1), "head") for k, name in enumerate(SHOWN)}
     place = f"synthesis/{SHOWN[0]}/main/{first}"
     return found | {
+        f"{place}/curves.parquet": (curves(), "head_curves"),
+        f"{place}/generation.parquet": (generation(), "head_generation"),
         f"{place}/head_patterns.parquet": (patterns(head.COLUMNS, "g"), "hmm_model"),
         f"{place}/melody_patterns.parquet": (patterns(["pitch", "d_pitch", "intensity"], "r"), "hmm_model"),
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
         "evaluation/head_recovery.parquet": (recovery(actors), "head_recovery"),
         "evaluation/head_capture.parquet": (captured(actors), "head_capture"),
+        "capture/head/accuracy.parquet": (accuracy(), "head_accuracy"),
     }

@@ -10,7 +10,7 @@ import pytest
 from plausible import RUN
 
 from cospeech.report.exhibits import head as heads
-from cospeech.report.exhibits import head_patterns, head_scores
+from cospeech.report.exhibits import head_curves, head_patterns, head_scores
 from cospeech.report.page.head_findings import head_findings
 
 RUN_OF_HEADS = dataclasses.replace(RUN, heads=plausible_heads.SYSTEMS, shown_heads=plausible_heads.SHOWN)
@@ -73,6 +73,27 @@ def test_errors_of_capture_are_means_and_maxima_over_records():
     assert turned["tracked_pct"] == pytest.approx(100 * 880 / 900)
     table = heads.captured_table(RUN, numbers)
     assert table.rows[-1][1] == "1.7 %, 0.6 %"
+
+
+def test_the_accuracy_of_capture_is_that_of_the_worst_axis():
+    table = heads.accuracy_table(RUN, heads.accuracy(RUN, plausible_heads.accuracy()).numbers)
+    assert len(table.rows) == 4
+    assert table.rows[1][:5] == ["320 pixels", "1", "2", "stereo", "as printed"]
+    assert table.rows[0][5:] == ["0.50", "1.50", "0 %"]
+
+
+def test_each_criterion_chooses_its_best_number_of_patterns():
+    own = head_curves.joints(RUN, plausible_heads.curves()).numbers
+    assert set(own["stream"]) == {"joint"}
+    [pair] = head_curves.compare(RUN, own, RUN.published["head-fig-4.10"])
+    assert pair.published == "6 (by α and β together)"
+    assert pair.ours == "α: 8, β: 2, BIC per frame: 5, stability over restarts: 2"
+
+
+def test_every_stage_of_generation_is_drawn():
+    drawn = head_curves.generation(RUN, plausible_heads.generation())
+    assert len(drawn.figure.axes[0].lines) == 4 + 2  # four stages, and two changes of pattern
+    assert set(drawn.numbers["stage"]) == {"drawn", "median", "printed", "kept"}
 
 
 def test_planted_and_found_lags_stand_side_by_side():

@@ -95,7 +95,10 @@ def test_every_configuration_that_we_ship_is_valid(path):
             changed(studio__world="all", studio__couplings={"vigour": 0.5}, studio__actors=in_worlds("vigour")),
             "studio.couplings are those of the parts of the world 'all'",
         ),
-        (changed(studio__film="stereo"), "studio.film: stereo films head gestures, and 'ada' has none"),
+        (
+            changed(studio__film="stereo", studio__head_coupling=None),
+            "studio.film: stereo films head gestures, and 'ada' has none",
+        ),
         (changed(studio__head_coupling=1.5), "studio.head_coupling: 1.5 is greater than the maximum of 1"),
         (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
@@ -434,9 +437,15 @@ def test_studio_records_point_to_raw_files():
     assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
     assert record_list.brings(listed) == {"motion", "audio"}
     silent = record_list.records(changed(studio__sound=False), "results/demo")
-    assert record_list.brings(silent) == {"gestures", "prosody", "syllables"}
+    assert record_list.brings(silent) == {"gestures", "prosody", "syllables", "head", "melody"}
+    without = record_list.records(changed(studio__sound=False, studio__head_coupling=None), "results/demo")
+    assert record_list.brings(without) == {"gestures", "prosody", "syllables"}
     moving = record_list.records(changed(studio__sound=False, studio__motion=True), "results/demo")
-    assert record_list.brings(moving) == {"motion", "prosody", "syllables"}
+    assert record_list.brings(moving) == {"motion", "prosody", "syllables", "head", "melody"}
+    heads = record_list.records(changed(studio__sound=False, studio__world="patterns"), "results/demo")
+    assert record_list.brings(heads) == {"head", "melody"}
+    filmed = record_list.records(changed(studio__film="stereo"), "results/demo")
+    assert record_list.brings(filmed) == {"head", "audio"}
     assert moving["ada_1"]["motion"] == "results/demo/corpus/raw/ada/ada_1.motion.parquet"
 
 

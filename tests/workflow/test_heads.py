@@ -36,7 +36,12 @@ def plant(folder, name, seed, seconds=24):
     table = melody.table(name, f0_hz, -30.0 + 5.0 * course + rng.normal(0.0, 1.0, len(frames)), 0)
     table.to_csv(folder / f"{name}.melody.csv", index=False)
     turn = np.radians(15.0 * course[::4]) + rng.normal(0.0, 0.005, len(frames) // 4)
-    head = {"t": (np.arange(len(turn)) + 0.5) / 25.0, "rx": 0.3 * turn, "ry": -turn, "rz": 0.0 * turn}
+    head = {
+        "t": (np.arange(len(turn)) + 0.5) / 25.0,
+        "rx": 0.3 * turn,
+        "ry": -turn,
+        "rz": rng.normal(0.0, 0.01, len(turn)),
+    }
     pd.DataFrame(head).to_csv(folder / f"{name}.head.csv", index=False)
 
 

@@ -145,9 +145,9 @@ def _in_logs(packed: Packed, base: float) -> Packed:
 def _in_lanes(packed: Packed) -> Packed:
     """Return the parameters with states in vectors; the branches that pad the last vector are never entered."""
     n_branches = len(packed.entry)
-    stay, leave, weight, shift = (_vectors(values, n_branches, 0.0) for values in packed[1:5])
-    constant = _vectors(packed.constant, n_branches, -np.inf)
-    return Packed(_vectors(packed.entry, n_branches, 0.0), stay, leave, weight, shift, constant, packed.pivot)
+    stay, leave, weight, shift = (in_vectors(values, n_branches, 0.0) for values in packed[1:5])
+    constant = in_vectors(packed.constant, n_branches, -np.inf)
+    return Packed(in_vectors(packed.entry, n_branches, 0.0), stay, leave, weight, shift, constant, packed.pivot)
 
 
 class Forms(NamedTuple):
@@ -169,7 +169,7 @@ def _forms(model: ParallelHMM) -> Forms:
     return Forms(len(model.entry), packed, _in_lanes(relative), ceiling)
 
 
-def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
+def in_vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     """Return (N * M,) or (N * M, D) as (V, LANES) or (V, D, LANES)."""
     by_place = values.reshape(-1, n_branches, *values.shape[1:])
     n_groups = -(-n_branches // LANES)
@@ -179,8 +179,8 @@ def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     return np.ascontiguousarray(grouped.swapaxes(1, -1))
 
 
-def _states(vectors: Floats, n_branches: int) -> Floats:
-    """Return the values that ``_vectors`` was called with."""
+def of_vectors(vectors: Floats, n_branches: int) -> Floats:
+    """Return the values that ``in_vectors`` was called with."""
     n_groups, rest = -(-n_branches // LANES), vectors.shape[1:-1]
     by_place = vectors.swapaxes(1, -1).reshape(-1, n_groups * LANES, *rest)
     return by_place[:, :n_branches].reshape(-1, *rest)
@@ -258,10 +258,10 @@ def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Sums:
 
 def _counts(forms: Forms, sums: Sums) -> Counts:
     n_branches, n_features = forms.n_branches, len(forms.scaled.pivot)
-    begun = _states(sums.entered, n_branches)
-    moments = _states(sums.moments, n_branches).T
+    begun = of_vectors(sums.entered, n_branches)
+    moments = of_vectors(sums.moments, n_branches).T
     # What enters a branch passes through all of its states, except for what is in it at the end of the sequence.
-    ended = np.cumsum(_states(sums.final, n_branches).reshape(-1, n_branches), axis=0)
+    ended = np.cumsum(of_vectors(sums.final, n_branches).reshape(-1, n_branches), axis=0)
     left = np.maximum(begun - ended, 0.0)
     arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
     occupied, first, second = moments[0], moments[1 : 1 + n_features], moments[1 + n_features :]

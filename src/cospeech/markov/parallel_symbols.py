@@ -13,7 +13,7 @@ import numpy as np
 
 from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.markov import fixed_lag, parallel_start, parallel_symbols_kernels
-from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, by_branch, flat, separation
+from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, by_branch, flat, in_vectors, of_vectors, separation
 
 LEAST_PROBABILITY = 1e-12
 """The minimum probability of a symbol, so that no sequence is impossible."""
@@ -127,14 +127,23 @@ def _smoothed(probabilities: Floats, share: float) -> Floats:
 
 def expect(model: SymbolHMM, sequences: list[Integers]) -> Counts:
     """Return the expected counts of all sequences (T, streams) (the E-step of Baum-Welch)."""
-    densities, stay = np.exp(log_densities(model)), flat(model.stay)
-    entered, occupied, final = np.zeros_like(model.entry), np.zeros_like(densities), np.zeros_like(stay)
+    n_branches = len(model.entry)
+    by_symbol = np.exp(log_densities(model))
+    densities = np.array([in_vectors(values, n_branches, 0.0) for values in by_symbol])
+    stay, leave = (in_vectors(values, n_branches, 0.0) for values in (flat(model.stay), 1.0 - flat(model.stay)))
+    entry = in_vectors(model.entry, n_branches, 0.0)
+    entered, occupied, final = np.zeros_like(entry), np.zeros_like(densities), np.zeros_like(stay)
     score = 0.0
     for symbols in sequences:
         score += parallel_symbols_kernels.expect(
-            combined(model, symbols), densities, model.entry, stay, 1.0 - stay, entered, occupied, final
+            combined(model, symbols), densities, entry, stay, leave, entered, occupied, final
         )
-    return Counts(score, entered, occupied, final)
+    return Counts(
+        score,
+        of_vectors(entered, n_branches),
+        np.array([of_vectors(values, n_branches) for values in occupied]),
+        of_vectors(final, n_branches),
+    )
 
 
 def maximise(model: SymbolHMM, counts: Counts, pseudo: float) -> SymbolHMM:

@@ -1,4 +1,4 @@
-"""Compiled recursions of the parallel HMM over symbols, with probabilities that are scaled in every frame.
+"""Compiled recursions of the parallel HMM over symbols, with scaled probabilities.
 
 Symbols have finitely many densities, which ``parallel_symbols`` keeps away from zero: nothing can underflow.
 """
@@ -11,7 +11,12 @@ import numpy as np
 
 from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
+from cospeech.markov.lanes import LANES, each, put, take, total
+from cospeech.markov.parallel_density import scale
 from cospeech.markov.parallel_exact import IMPOSSIBLE, log_add, log_sum
+
+FAINT = 2.0**-200
+"""If the sum of the probabilities of a frame is below this, they are scaled up."""
 
 
 @njit
@@ -19,33 +24,34 @@ def _forward(
     symbols: Integers, densities: Floats, entry: Floats, stay: Floats, leave: Floats,
     alphas: Floats, scales: Floats, nodes: Floats,
 ) -> float:  # fmt: skip
-    """Fill ``alphas`` (T, S), which sum to 1, ``scales`` and ``nodes`` (T,); return the log of the sum of all paths.
+    """Fill rows 1 to T of ``alphas`` (T + 1, V, LANES), ``scales`` and ``nodes`` (T,); return the last row's sum.
 
     A node is the probability of entering a branch in the frame.
     """
-    n_branches, n_states = len(entry), len(stay)
-    score, node = 0.0, 1.0
-    before = np.zeros(n_states)
+    n_vectors, n_groups = len(stay), len(entry)
+    left, node = 1.0, 1.0
     for t in range(len(symbols)):
-        density, alpha = densities[symbols[t]], alphas[t]
-        nodes[t] = node
-        for s in range(n_branches):
-            alpha[s] = (before[s] * stay[s] + node * entry[s]) * density[s]
-        for s in range(n_branches, n_states):
-            alpha[s] = (before[s] * stay[s] + before[s - n_branches] * leave[s - n_branches]) * density[s]
-        total = 0.0
-        for s in range(n_states):
-            total += alpha[s]
-        scale = 1.0 / total
-        node = 0.0
-        for s in range(n_states):
-            alpha[s] *= scale
-        for s in range(n_states - n_branches, n_states):
-            node += alpha[s] * leave[s]
-        score += math.log(total)
-        scales[t] = scale
-        before = alpha
-    return score
+        y, nodes[t], scales[t] = symbols[t], node, 1.0
+        everywhere, leaving = each(0.0), each(0.0)
+        for v in range(n_groups):
+            value = take(alphas, (t, v)) * take(stay, (v,)) + take(entry, (v,)) * node
+            value = value * take(densities, (y, v))
+            put(alphas, (t + 1, v), value)
+            everywhere = everywhere + value
+        for v in range(n_groups, n_vectors):
+            moved = take(alphas, (t, v - n_groups)) * take(leave, (v - n_groups,))
+            value = (take(alphas, (t, v)) * take(stay, (v,)) + moved) * take(densities, (y, v))
+            put(alphas, (t + 1, v), value)
+            everywhere = everywhere + value
+        for v in range(n_vectors - n_groups, n_vectors):
+            leaving = leaving + take(alphas, (t + 1, v)) * take(leave, (v,))
+        left, node = total(everywhere), total(leaving)
+        if left < FAINT:
+            scales[t] = 1.0 / left
+            node *= scales[t]
+            scale(alphas[t + 1], scales[t])
+            left = 1.0
+    return left
 
 
 @njit
@@ -55,32 +61,43 @@ def expect(
 ) -> float:  # fmt: skip
     """Return the log score of a sequence, and add its expected counts to the arrays.
 
+    States are stored in vectors as in ``parallel_density``.
+
     Parameters
     ----------
-    symbols : (T,). densities : (Y, S) of every symbol in every state.
-    entry, stay, leave : (M,), (S,), (S,) probabilities.
-    entered, occupied, final : (M,), (Y, S), (S,); see ``parallel_symbols.Counts``.
+    symbols : (T,). densities : (Y, V, LANES) of every symbol in every state.
+    entry, stay, leave : (G, LANES), (V, LANES), (V, LANES) probabilities.
+    entered, occupied, final : (G, LANES), (Y, V, LANES), (V, LANES); see ``parallel_symbols.Counts``.
     """
-    n_frames, n_branches, n_states = len(symbols), len(entry), len(stay)
-    alphas, scales, nodes = np.empty((n_frames, n_states)), np.empty(n_frames), np.empty(n_frames)
-    score = _forward(symbols, densities, entry, stay, leave, alphas, scales, nodes)
-    beta, follow = np.ones(n_states), np.empty(n_states)
-    for s in range(n_states):
-        final[s] += alphas[n_frames - 1, s]
+    n_frames, n_vectors, n_groups = len(symbols), len(stay), len(entry)
+    alphas = np.empty((n_frames + 1, n_vectors, LANES))
+    scales, nodes = np.empty(n_frames), np.empty(n_frames)
+    alphas[0] = 0.0
+    left = _forward(symbols, densities, entry, stay, leave, alphas, scales, nodes)
+    score = math.log(left)
+    beta = np.full((n_vectors, LANES), 1.0 / left)
+    for v in range(n_vectors):
+        put(final, (v,), take(final, (v,)) + take(alphas, (n_frames, v)) * (1.0 / left))
     for t in range(n_frames - 1, -1, -1):
-        density, alpha, occupancy = densities[symbols[t]], alphas[t], occupied[symbols[t]]
-        for s in range(n_states):
-            occupancy[s] += alpha[s] * beta[s]
-            follow[s] = density[s] * beta[s] * scales[t]
-        node = 0.0
-        for s in range(n_branches):
-            begun = entry[s] * follow[s]
-            entered[s] += nodes[t] * begun
-            node += begun
-        for s in range(n_states - n_branches):
-            beta[s] = stay[s] * follow[s] + leave[s] * follow[s + n_branches]
-        for s in range(n_states - n_branches, n_states):
-            beta[s] = stay[s] * follow[s] + leave[s] * node
+        y, factor, worth = symbols[t], scales[t], each(0.0)
+        if factor != 1.0:
+            score -= math.log(factor)
+        # The product of a state stays in its ``beta`` until the next state of the branch is reached.
+        for v in range(n_vectors):
+            later = take(beta, (v,))
+            put(occupied, (y, v), take(occupied, (y, v)) + take(alphas, (t + 1, v)) * later)
+            follow = take(densities, (y, v)) * later * factor
+            put(beta, (v,), follow)
+            if v < n_groups:
+                begun = take(entry, (v,)) * follow
+                put(entered, (v,), take(entered, (v,)) + begun * nodes[t])
+                worth = worth + begun
+            else:
+                own = take(beta, (v - n_groups,))
+                put(beta, (v - n_groups,), take(stay, (v - n_groups,)) * own + take(leave, (v - n_groups,)) * follow)
+        node = total(worth)
+        for v in range(n_vectors - n_groups, n_vectors):
+            put(beta, (v,), take(stay, (v,)) * take(beta, (v,)) + take(leave, (v,)) * node)
     return score
 
 

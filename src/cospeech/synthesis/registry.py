@@ -151,9 +151,9 @@ def _lack(system: System, offered: Collection[str]) -> str | None:
         return f"system '{system.name}' is left out: the records bring a head and no body"
     body = {"motion", "phases", "subunits"} & set(system.needs) or system.makes == "motion"
     if body and "motion" not in offered:
-        return f"system '{system.name}' is left out: it works with motion, and the records bring only gesture phrases"
+        return f"system '{system.name}' is left out: the records bring gesture phrases without motion"
     if "syllables" in system.needs and "syllables" not in offered:
-        return f"system '{system.name}' is left out: it needs syllables, and the records bring no sound"
+        return f"system '{system.name}' is left out: the records bring no sound in which to find syllables"
     return None
 
 

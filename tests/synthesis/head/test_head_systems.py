@@ -9,7 +9,7 @@ from planted_heads import FPS, speech_of
 
 from cospeech.data import tables
 from cospeech.errors import UserError
-from cospeech.synthesis.head import SETTINGS, SYSTEMS, model
+from cospeech.synthesis.head import SETTINGS, SYSTEMS, model, report
 from cospeech.synthesis.interface import Training
 from cospeech.synthesis.live import ANGLES, Heard, Stream, by_steps
 from cospeech.synthesis.session import Trained, method_of, perform
@@ -106,6 +106,32 @@ def test_gaps_are_left_out_and_a_head_that_is_never_seen_is_refused(training):
 def test_unknown_filters_are_named(training):
     with pytest.raises(UserError, match="filters: 'none'; known are printed, kept"):
         model.train(training, SETTINGS | {"filters": "none", "iterations": 1, "restarts": 1})
+
+
+def test_reports_have_their_schemas_and_show_what_the_filters_do(training, trained, records, monkeypatch):
+    monkeypatch.setattr(report, "COUNTS", range(2, 4))
+    found = report.report(training, trained, speech_of(records, "r0"), 7)
+    for name, table in found.items():
+        tables.validate(table, DRIVEN["head"].report_schemas[name], name)
+    assert found["curves"].groupby("stream").size().to_dict() == {"head": 2, "joint": 2, "melody": 2}
+    alpha = found["curves"].groupby("stream")["alpha"]
+    assert (alpha.last() > alpha.first()).all()
+    assert found["means"]["share"].sum() == pytest.approx(1.0)
+    assert found["means"]["y_deg"].iloc[0] == found["means"]["y_deg"].min() < 0.0
+    steps = found["generation"].groupby("stage")["y_deg"].agg(lambda angles: angles.diff().abs().mean())
+    assert steps["drawn"] > steps["median"] > steps["printed"]
+    assert len(report.report(training, trained, speech_of(records, "r1"), 7)["curves"]) == 0
+
+
+@pytest.mark.parametrize("name", ["head", "head_weighted"])
+def test_kept_filters_keep_spread_speed_and_jerk_of_the_training_records(training, trained, records, name):
+    made = [made_by(name, trained, speech_of(records, record)) for record in training.heads]
+    sizes = []
+    for heads in (made, list(training.heads.values())):
+        angles = [head[list(ANGLES)].to_numpy() for head in heads]
+        moves = [[np.linalg.norm(np.diff(own, n=order, axis=0), axis=1).mean() for own in angles] for order in (1, 3)]
+        sizes.append([np.concatenate(angles).std(axis=0).mean(), *np.mean(moves, axis=1)])
+    np.testing.assert_allclose(sizes[0], sizes[1], rtol=0.15)
 
 
 # ---------------------------------------------------------------- controls and ceiling

@@ -43,6 +43,7 @@ CONDITIONS = (
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition("worlds", "there are no actors who live in different worlds"),
     Condition("heads", "the configuration chooses no system that moves the head, or the records lack head or melody"),
+    Condition("head_curves", "the systems of heads report neither curves nor stages of generation"),
     Condition("filmed_heads", "no virtual head was filmed"),
     Condition("planted_heads", "no head gestures were planted"),
     Condition(
@@ -101,9 +102,12 @@ SOURCES = {
     "head_sessions": Source("evaluation/head_sessions.parquet", "head_sessions"),
     "head_patterns": Source(f"{FIRST_HEAD}/head_patterns.parquet", "hmm_model"),
     "melody_patterns": Source(f"{FIRST_HEAD}/melody_patterns.parquet", "hmm_model"),
+    "head_curves": Source(f"{FIRST_HEAD}/curves.parquet", "head_curves"),
+    "head_generation": Source(f"{FIRST_HEAD}/generation.parquet", "head_generation"),
     "pattern_poses": Source("animation/head_patterns.png"),
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
+    "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
@@ -286,6 +290,15 @@ EXHIBITS = (
         sources={"sessions": "head_sessions"}, needs=("heads",),
     ),
     Exhibit(
+        "head-fig-4.5", "head", "head_curves:generation", document=SARGIN_2006,
+        sources={"stages": "head_generation"}, needs=("heads", "head_curves"),
+    ),
+    Exhibit(
+        "head-fig-4.6", "head", "head_curves:heads", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.6", compare="head_curves:compare",
+    ),
+    Exhibit(
         "head-fig-4.7", "head", "head_patterns:gestures", document=SARGIN_2006,
         sources={"patterns": "head_patterns"}, needs=("heads",),
         show="head_patterns:gesture_table",
@@ -296,9 +309,19 @@ EXHIBITS = (
         sources={"picture": "pattern_poses"}, needs=("heads",),
     ),
     Exhibit(
+        "head-fig-4.8", "head", "head_curves:melodies", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.8", compare="head_curves:compare",
+    ),
+    Exhibit(
         "head-fig-4.9", "head", "head_patterns:melodies", document=SARGIN_2006,
         sources={"patterns": "melody_patterns"}, needs=("heads",),
         published="head-fig-4.8", compare="head_patterns:compare_melodies",
+    ),
+    Exhibit(
+        "head-fig-4.10", "head", "head_curves:joints", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.10", compare="head_curves:compare",
     ),
     Exhibit(
         "fig-head-timeline", "head", "head:timeline",
@@ -311,6 +334,10 @@ EXHIBITS = (
     Exhibit(
         "table-head-capture", "head", "head:captured", figure=False,
         sources={"errors": "head_capture"}, needs=("filmed_heads",), show="head:captured_table",
+    ),
+    Exhibit(
+        "table-head-accuracy", "head", "head:accuracy", figure=False,
+        sources={"errors": "head_accuracy"}, needs=("filmed_heads",), show="head:accuracy_table",
     ),
     Exhibit(
         "fig-head-recovery", "head", "head:recovered",

@@ -105,6 +105,37 @@ def captured_table(_: Run, summary: pd.DataFrame) -> Table:
     return Table.of(["error of captured heads", "mean", "exceeded in 5 % of the frames", "largest"], rows)
 
 
+def accuracy(_: Run, errors: pd.DataFrame) -> Drawing:
+    """Return the errors of captured heads over image size, contrast and noise, the worst of the three axes.
+
+    Parameters
+    ----------
+    errors : the table ``head_accuracy``.
+    """
+    key = ["width_px", "contrast", "noise", "flow", "depth"]
+    worst = errors.groupby(key, sort=False)[["mean_deg", "max_deg", "share_lost"]].max().reset_index()
+    return Drawing(worst.merge(errors[[*key, "n_frames"]].drop_duplicates(), on=key))
+
+
+def accuracy_table(_: Run, worst: pd.DataFrame) -> Table:
+    """Return these errors for the page."""
+    rows = [
+        [
+            f"{row['width_px']} pixels",
+            f"{row['contrast']:g}",
+            f"{row['noise']:g}",
+            "stereo" if row["depth"] == "disparity" else "one camera",
+            "as printed" if row["flow"] == "printed" else "warped reference",
+            number(row["mean_deg"]),
+            number(row["max_deg"]),
+            f"{100 * row['share_lost']:.0f} %",
+        ]
+        for _, row in worst.iterrows()
+    ]
+    headings = ["image width", "contrast", "noise", "depth", "flow", "mean error, °", "largest error, °", "lost"]
+    return Table.of(headings, rows, words=(3, 4))
+
+
 def recovered(_: Run, recovery: pd.DataFrame) -> Drawing:
     """Draw the information between patterns of head and melody over the lag, planted and found.
 

@@ -18,6 +18,9 @@ TABLES = {
 }
 """The tables of the model that all systems share, with their schemas."""
 
+REPORTS = {name: f"head_{name}" for name in ("curves", "means", "contours", "segments", "generation")}
+"""Tables about what is learnt and generated (see ``report``), with their schemas."""
+
 SETTINGS = {
     "head_patterns": 5,
     "head_states": 10,
@@ -84,7 +87,7 @@ def _control(name: str, title: str, method: str, order: int, shares: str = "") -
 
 
 SYSTEMS = (
-    _declare("head", "Head gestures", "proposed", "4.2 and 4.3", 70, live=True),
+    _declare("head", "Head gestures", "proposed", "4.2 and 4.3", 70, live=True, reports=REPORTS),
     _declare(
         "head_weighted", "Head gestures, melody weighted", "weighted", "4.2 and 4.3", 71, shares="head", live=True
     ),

@@ -32,7 +32,7 @@ class Stretch(NamedTuple):
 
 def stretches(record: str, head: pd.DataFrame, least: int) -> list[Stretch]:
     """Return the stretches of at least ``least`` frames in which the head is known, short gaps interpolated."""
-    angles = head[list(ANGLES)].to_numpy(dtype=float)
+    angles = angles_of(head)
     known = np.isfinite(angles).all(axis=1)
     measured = np.flatnonzero(known)
     if len(measured) == 0:
@@ -46,6 +46,11 @@ def stretches(record: str, head: pd.DataFrame, least: int) -> list[Stretch]:
         if len(frames) >= least:
             found.append(Stretch(record, int(part[0]), filled))
     return found
+
+
+def angles_of(head: pd.DataFrame) -> Floats:
+    """Return the angles of a head table, (T, 3) in degrees, NaN where they are not known."""
+    return head[list(ANGLES)].to_numpy(dtype=float)
 
 
 def at_rate(head: pd.DataFrame, fps: float) -> pd.DataFrame:

@@ -6,9 +6,9 @@ expected durations 1 / (1 - a_i) here.
 
 With the filters ``printed``, angles are drawn from the Gaussian of each state and filtered by a median over 11
 frames and a Gaussian over 15. This takes away most of the speed and some of the spread of a head. The filters
-``kept`` filter the means of the states by the same Gaussian, and add noise whose autocovariance is what the result
-lacks compared with the training records, by an autoregression (Yule-Walker). Spread, speed and jerk depend on the
-autocovariance at the first lags only and are therefore kept.
+``kept`` filter the means of the states by the same Gaussian, and add noise that supplies the variance, of the angles
+and of their first and third differences, that the result lacks compared with the training records: spread, speed and
+jerk are kept. The noise is a sum of white noises, each smoothed by four equal first-order filters.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from scipy.optimize import nnls
+from scipy.special import comb
 
 from cospeech.data.arrays import Floats, Integers
 from cospeech.errors import UserError
@@ -31,23 +33,25 @@ GAUSSIAN_FRAMES = 15
 DEVIATIONS = 3.0
 """Standard deviations of the Gaussian filter between its centre and its end; the thesis gives only its length."""
 
-ORDER = 4
-"""Order of the autoregression: jerk depends on the autocovariance up to a lag of 3 frames."""
+TIMES = np.geomspace(0.3, 24.0, 12)
+"""Time constants of the smoothed noises in frames, (C,)."""
 
-LARGEST_REFLECTION = 0.9999
-"""Limit of the reflection coefficients, so that the autoregression is stable."""
+ROUNDS = 6
+"""Corrections of the mean squares that the noise has to reach."""
+
+DIFFERENCES = (0, 1, 3)
+"""Orders of the differences whose variances are kept: spread, speed and jerk."""
 
 N_AXES = 3
 
 
 class Noise(NamedTuple):
-    """An autoregression per axis: ``coefficients`` (P, 3), of the last value first, and ``scale`` (3,), degrees."""
+    """Noise of the filters ``kept``: ``deviation`` (C, 3) of each smoothed noise on each axis, degrees."""
 
-    coefficients: Floats
-    scale: Floats
+    deviation: Floats
 
 
-NO_NOISE = Noise(np.zeros((ORDER, N_AXES)), np.zeros(N_AXES))
+NO_NOISE = Noise(np.zeros((len(TIMES), N_AXES)))
 
 
 class Style(NamedTuple):
@@ -71,6 +75,24 @@ def style(overlap: int, look_ahead: int, filters: str) -> Style:
     if overlap < 0:
         raise UserError(f"config: synthesis.systems.head.overlap_frames: {overlap}; it cannot be negative")
     return Style(overlap, max(overlap + 1, look_ahead), known[known.index(filters)])
+
+
+class Stage(NamedTuple):
+    """How far the filters go: which ones, and how many of them."""
+
+    filters: Filters
+    n_filters: int
+
+
+def of_stage(name: str) -> Stage:
+    """Return a stage of figure 4.5: drawn, after the median, printed (after both filters), or kept."""
+    stages: dict[str, Stage] = {
+        "drawn": Stage("printed", 0),
+        "median": Stage("printed", 1),
+        "printed": Stage("printed", 2),
+        "kept": Stage("kept", 1),
+    }
+    return stages[name]
 
 
 def gaussian() -> Floats:
@@ -132,14 +154,18 @@ class Generator:
         segment whose end is known by then is generated as in the thesis.
     noise : noise of the filters ``kept``.
     rng : random numbers.
+    n_filters : number of filters that are used, to show what each does.
     """
 
-    def __init__(self, patterns: Patterns, how: Style, noise: Noise, rng: np.random.Generator) -> None:
+    def __init__(
+        self, patterns: Patterns, how: Style, noise: Noise, rng: np.random.Generator, n_filters: int = 2
+    ) -> None:
         self._patterns, self._how, self._rng = patterns, how, rng
         self._memory = kernels.memory(2 * how.overlap + how.ahead + 2)
         smooth = _Centred(GAUSSIAN_FRAMES // 2, gaussian())
-        self._filters = [smooth] if how.filters == "kept" else [_Centred(MEDIAN_FRAMES // 2, None), smooth]
-        self._noise, self._past = noise, np.zeros_like(noise.coefficients)
+        every = [smooth] if how.filters == "kept" else [_Centred(MEDIAN_FRAMES // 2, None), smooth]
+        self._filters = every[:n_filters]
+        self._noise = _Smoothed(noise, rng)
 
     def hear(self, labels: Integers) -> Floats:
         """Return the frames (n, 3) in degrees that become certain with the next labels (T,)."""
@@ -149,7 +175,7 @@ class Generator:
         kernels.generate(labels, self._patterns, self._how.overlap, self._how.ahead, self._drawn(due), memory, frames)
         for one in self._filters:
             frames = one.hear(frames)
-        return self._coloured(frames)
+        return self._finished(frames)
 
     def end(self) -> Floats:
         """Return the frames (n, 3) that are still missing when the last label is known."""
@@ -158,53 +184,76 @@ class Generator:
         kernels.finish(self._patterns, self._how.overlap, self._drawn(len(frames)), memory, frames)
         for one in self._filters:
             frames = np.concatenate([one.hear(frames), one.end()])
-        return self._coloured(frames)
+        return self._finished(frames)
 
     def _drawn(self, n_frames: int) -> Floats:
         """Return the noise of the segments, which the filters ``kept`` do without."""
         shape = n_frames, 2 * self._how.overlap + 2, N_AXES
         return np.zeros(shape) if self._how.filters == "kept" else self._rng.standard_normal(shape)
 
-    def _coloured(self, frames: Floats) -> Floats:
-        if self._how.filters == "printed" or len(frames) == 0:
-            return frames
-        noise = self._rng.standard_normal(frames.shape)
-        kernels.colour(noise, self._noise.coefficients, self._noise.scale, self._past)
-        return frames + noise
+    def _finished(self, frames: Floats) -> Floats:
+        return self._noise.add(frames) if self._how.filters == "kept" else frames
+
+
+class _Smoothed:
+    """The sum of smoothed noises, as it is needed."""
+
+    def __init__(self, noise: Noise, rng: np.random.Generator) -> None:
+        self._scale = noise.deviation / np.sqrt(_variances()[0])[:, None]
+        self._past = np.zeros((kernels.STAGES, *noise.deviation.shape))
+        self._rng = rng
+
+    def add(self, frames: Floats) -> Floats:
+        """Return the next frames (T, 3) with noise."""
+        found, noise = frames.copy(), self._rng.standard_normal((len(frames), *self._scale.shape))
+        kernels.add_noise(noise, np.exp(-1.0 / TIMES), self._scale, self._past, found)
+        return found
 
 
 def fit_noise(original: Sequence[Floats], made: Sequence[Floats]) -> Noise:
-    """Return the noise that gives the angles ``made``, (T, 3) each, the autocovariance of the original ones."""
-    lacking = _autocovariance(original) - _autocovariance(made)
-    fitted = [_autoregression(column) for column in lacking.T]
-    return Noise(np.column_stack([own for own, _ in fitted]), np.array([scale for _, scale in fitted]))
+    """Return the noise that gives the angles ``made``, (T, 3) each, spread, speed and jerk of the original ones.
 
-
-def _autocovariance(sequences: Sequence[Floats]) -> Floats:
-    """Return the autocovariance of sequences (T, 3) about their mean at lags 0 to P, (P + 1, 3)."""
-    mean = np.concatenate(list(sequences)).mean(axis=0)
-    sums, counts = np.zeros((ORDER + 1, N_AXES)), np.zeros(ORDER + 1)
-    for frames in sequences:
-        away = frames - mean
-        for lag in range(min(ORDER + 1, len(frames))):
-            sums[lag] += (away[lag:] * away[: len(away) - lag]).sum(axis=0)
-            counts[lag] += len(away) - lag
-    return np.asarray(sums / np.maximum(counts, 1.0)[:, None])
-
-
-def _autoregression(autocovariance: Floats) -> tuple[Floats, float]:
-    """Return the coefficients (ORDER,) and the innovation's deviation of an autocovariance (Levinson-Durbin).
-
-    An impossible autocovariance is replaced by a possible one: there is no noise without variance, and reflection
-    coefficients are limited.
+    A head that rests in between has a smaller mean speed than noise of the same mean square. The mean squares to
+    reach are therefore corrected by what is reached with the noise.
     """
-    coefficients = np.zeros(ORDER)
-    error = float(autocovariance[0])
-    if error <= 0.0:
-        return coefficients, 0.0
-    for p in range(ORDER):
-        gap = autocovariance[p + 1] - coefficients[:p] @ autocovariance[p:0:-1]
-        reflection = float(np.clip(gap / error, -LARGEST_REFLECTION, LARGEST_REFLECTION))
-        coefficients[: p + 1] = np.append(coefficients[:p] - reflection * coefficients[:p][::-1], reflection)
-        error *= 1.0 - reflection**2
-    return coefficients, float(np.sqrt(error))
+    own = _variances() / _variances()[0]
+    aim, base, sizes = _squares(original), _squares(made), _sizes(original)
+    noise = NO_NOISE
+    for _ in range(ROUNDS):
+        lacking = np.maximum(aim - base, 0.0)
+        shares = [
+            nnls(own / axis[:, None], missing / axis)[0] for axis, missing in zip(aim.T, lacking.T, strict=True)
+        ]
+        noise = Noise(np.sqrt(np.column_stack(shares)))
+        rng = np.random.default_rng(0)
+        aim = aim * (sizes / _sizes([_Smoothed(noise, rng).add(frames) for frames in made])) ** 2
+    return noise
+
+
+def _differences(sequences: Sequence[Floats]) -> list[Floats]:
+    """Return the angles (T, 3) minus their mean, and their ``DIFFERENCES``, of all sequences."""
+    mean = np.concatenate(list(sequences)).mean(axis=0)
+    return [
+        np.concatenate([np.diff(frames - mean, n=order, axis=0) for frames in sequences]) for order in DIFFERENCES
+    ]
+
+
+def _squares(sequences: Sequence[Floats]) -> Floats:
+    """Return the mean squares of the ``DIFFERENCES`` of angles (T, 3) by axis, (3, 3), all positive."""
+    return np.maximum([(values**2).mean(axis=0) for values in _differences(sequences)], np.finfo(float).tiny)
+
+
+def _sizes(sequences: Sequence[Floats]) -> Floats:
+    """Return the spread of angles (T, 3) by axis, and the mean norm of their other ``DIFFERENCES``, (3, 3)."""
+    spread, *others = _differences(sequences)
+    norms = [np.full(N_AXES, np.linalg.norm(values, axis=1).mean()) for values in others]
+    return np.maximum([spread.std(axis=0), *norms], np.finfo(float).tiny ** 0.5)
+
+
+def _variances() -> Floats:
+    """Return the variances of each smoothed white noise and of its ``DIFFERENCES``, (3, C)."""
+    steps = np.arange(round(40 * TIMES[-1]))
+    poles = np.exp(-1.0 / TIMES)[:, None]
+    response = (1.0 - poles) ** kernels.STAGES * poles**steps * comb(steps + kernels.STAGES - 1, kernels.STAGES - 1)
+    padded = np.pad(response, ((0, 0), (max(DIFFERENCES), 0)))
+    return np.array([(np.diff(padded, n=order, axis=1) ** 2).sum(axis=1) for order in DIFFERENCES])

@@ -9,6 +9,9 @@ import numpy as np
 from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
 
+STAGES = 4
+"""Number of equal first-order filters that smooth a noise."""
+
 OPEN = -1
 """The end of a segment that has not ended yet."""
 
@@ -152,17 +155,19 @@ def weighted(frames: Floats, first: int, weights: Floats, found: Floats) -> None
 
 
 @njit
-def colour(noise: Floats, coefficients: Floats, scale: Floats, past: Floats) -> None:
-    """Turn white noise (T, 3) in place into that of an autoregression of order P, whose last values are ``past``.
+def add_noise(noise: Floats, poles: Floats, scale: Floats, past: Floats, frames: Floats) -> None:
+    """Add smoothed noise to ``frames`` (T, 3).
 
-    ``coefficients`` (P, 3), of the last value first; ``scale`` (3,); ``past`` (P, 3), the last value first.
+    Parameters
+    ----------
+    noise : (T, C, 3) white noise. poles : (C,) of the filters. scale : (C, 3) of each noise on each axis.
+    past : (STAGES, C, 3) last value of each filter, which is the input of the next one.
     """
-    for t in range(len(noise)):
-        for d in range(noise.shape[1]):
-            value = scale[d] * noise[t, d]
-            for p in range(len(past)):
-                value += coefficients[p, d] * past[p, d]
-            noise[t, d] = value
-            for p in range(len(past) - 1, 0, -1):
-                past[p, d] = past[p - 1, d]
-            past[0, d] = value
+    for t in range(len(frames)):
+        for c in range(len(poles)):
+            for d in range(frames.shape[1]):
+                value = noise[t, c, d]
+                for stage in range(STAGES):
+                    past[stage, c, d] += (1.0 - poles[c]) * (value - past[stage, c, d])
+                    value = past[stage, c, d]
+                frames[t, d] += scale[c, d] * value

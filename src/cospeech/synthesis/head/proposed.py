@@ -5,10 +5,11 @@ from __future__ import annotations
 from cospeech.data.arrays import Floats
 from cospeech.synthesis.head.model import Model, from_tables, to_tables, train
 from cospeech.synthesis.head.performer import Performer, begin
+from cospeech.synthesis.head.report import report
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.live import Heard, Stream
 
-__all__ = ["end", "from_tables", "start", "step", "to_tables", "train"]
+__all__ = ["end", "from_tables", "report", "start", "step", "to_tables", "train"]
 
 
 def start(model: Model, stream: Stream, seed: int) -> Performer:

@@ -10,7 +10,7 @@ import pandas as pd
 from cospeech.data.arrays import Floats, Integers
 from cospeech.markov.iohmm import IOHMM
 from cospeech.markov.parallel_symbols import SymbolHMM
-from cospeech.synthesis.head.generation import Noise
+from cospeech.synthesis.head.generation import TIMES, Noise
 from cospeech.synthesis.live import ANGLES
 
 PARTS = ("initial", "transition", "emission")
@@ -83,23 +83,21 @@ def _iohmm_in(table: pd.DataFrame) -> IOHMM:
 
 
 def of_noise(noise: Mapping[str, Noise]) -> pd.DataFrame:
-    """Return the noise of each system as a table of schema ``head_noise``: one row per system, angle and lag."""
+    """Return the noise of each system as a table of schema ``head_noise``: one row per system, time and angle."""
     parts = []
     for system, own in noise.items():
-        lag, axis = (index.ravel() for index in np.indices(own.coefficients.shape))
-        columns = {"angle": np.array(ANGLES, dtype=object)[axis], "lag": lag + 1}
-        values = {"coefficient": own.coefficients.ravel(), "scale_deg": own.scale[axis]}
-        parts.append(pd.DataFrame({"system": system} | columns | values))
+        part, axis = (index.ravel() for index in np.indices(own.deviation.shape))
+        columns = {"time_frames": TIMES[part], "angle": np.array(ANGLES, dtype=object)[axis]}
+        parts.append(pd.DataFrame({"system": system, **columns, "deviation_deg": own.deviation.ravel()}))
     return pd.concat(parts, ignore_index=True)
 
 
 def noise_in(table: pd.DataFrame) -> dict[str, Noise]:
     """Return the noise of ``of_noise``."""
-    found = {}
-    for system, own in table.groupby("system", sort=False):
-        values = own["coefficient"].to_numpy(dtype=float).reshape(-1, len(ANGLES)).copy()
-        found[str(system)] = Noise(values, own["scale_deg"].to_numpy(dtype=float)[: len(ANGLES)].copy())
-    return found
+    return {
+        str(system): Noise(own["deviation_deg"].to_numpy(dtype=float).reshape(-1, len(ANGLES)).copy())
+        for system, own in table.groupby("system", sort=False)
+    }
 
 
 def of_examples(examples: Sequence[tuple[str, int, Integers]]) -> pd.DataFrame:
