@@ -364,6 +364,9 @@ def _deviate(percentages: pd.Series) -> np.ndarray[tuple[int], np.dtype[np.float
     return found
 
 
+GAIN_TICKS = (-10, -3, -1, 0, 1, 3, 10, 30)
+
+
 def gains(_: Run, gains: pd.DataFrame) -> Drawing:
     """Draw the gain of fusion with canonical components over other strategies, and over its controls.
 
@@ -384,6 +387,9 @@ def gains(_: Run, gains: pd.DataFrame) -> Drawing:
         axis.set_yticks(own.index, _others(own))
         axis.set_ylim(len(own) - 0.4, -0.6)
         axis.set_title(SCHEMES[strategy])
+        axis.set_xscale("symlog", linthresh=1.0, linscale=1.2)  # some differences are thirty times as large as others
+        axis.set_xticks(GAIN_TICKS, [f"{tick:g}".replace("-", "−") for tick in GAIN_TICKS])
+        axis.minorticks_off()
         axis.grid(axis="x")
         axis.spines["left"].set_visible(False)
         style.ticks_off(axis, "y")

@@ -35,6 +35,8 @@ LEAD = (
     "to fuse voice and lips by canonical correlation analysis."
 )
 
+RATES = {PRINTED: "rates as printed", USUAL: "usual rates"}
+
 DOCUMENT = (
     "Mehmet Emre Sargin", "Audio-Visual Correlation Modeling for Speaker Identification and Synthesis",
     "master's thesis, Koç University, August 2006",
@@ -155,7 +157,7 @@ def _best(rates: pd.DataFrame) -> Finding:
         audio = best_of(own, PAIRED, "audio")
         least = rows[kind]
         evidence.append(
-            f"rates {kind}: {STRATEGIES[least['strategy']]} {percent(least['eer_pct'])} % ({interval(least)})"
+            f"{RATES[kind]}: {STRATEGIES[least['strategy']]} {percent(least['eer_pct'])} % ({interval(least)})"
             + (f", audio alone {percent(audio['eer_pct'])} % ({interval(audio)})" if audio is not None else "")
         )
     if not rows:
