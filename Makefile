@@ -46,6 +46,7 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/blending.py
 	$(BIN)/python bench/pitch.py
 	$(BIN)/python bench/syllables.py
+	$(BIN)/python bench/lips.py
 	$(BIN)/python bench/live.py
 	$(BIN)/python bench/viewer.py
 	$(BIN)/python bench/bodylanguage.py
@@ -53,6 +54,8 @@ bench: .venv/test.stamp
 	$(BIN)/python bench/growth.py
 	$(BIN)/python bench/controller.py
 	$(BIN)/python bench/capture.py
+	$(BIN)/python bench/identity.py
+	$(BIN)/python bench/head.py
 
 MODEL := results/bundled/models/hsmm_sampled/clusters~8,states~3/ada
 BUNDLED := src/cospeech/bundled_model

@@ -49,18 +49,17 @@ try:
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
-    CHOSEN = registered(
-        config["synthesis"]["systems"], VIRTUAL, BRINGS | ({"syllables"} if "audio" in BRINGS else set())
-    )
-    configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
+    CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL, record_list.offers(BRINGS))
+    if not (IDENTIFIES or DIRECTIONS):
+        configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
 except UserError as error:
     raise WorkflowError(f"cospeech: {paths.explain(error, workflow.overwrite_configfiles)}") from None
 
 if workflow.is_main_process:
-    for failure in [*CHOSEN.failures, *(CHOSEN.left_out if RECORDS else [])]:
-        progress.write_line(f"cospeech: {failure.message}")
+    for message in CHOSEN.messages() if RECORDS else [failure.message for failure in CHOSEN.failures]:
+        progress.write_line(f"cospeech: {message}")
 
 # The takes that come as films, one of each camera of the rig.
 FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
@@ -71,7 +70,9 @@ VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
 MAIN = settings.main_setting(config)
 SWEEP = settings.sweep_settings(config)
-SYSTEMS = CHOSEN.systems
+# Systems that plan gesture phrases or move the body, and those that move the head alone.
+SYSTEMS = {name: system for name, system in CHOSEN.systems.items() if system.makes != "head"}
+HEADS = {name: system for name, system in CHOSEN.systems.items() if system.makes == "head"}
 
 
 def one_of(names):
@@ -86,7 +87,7 @@ wildcard_constraints:
     record=one_of(RECORDS),
     fold=one_of(RECORDS),
     actor=one_of(ACTORS),
-    system="|".join(SYSTEMS),
+    system="|".join(SYSTEMS) or "none",
 
 
 include: "workflow/rules/common.smk"
@@ -96,18 +97,32 @@ include: "workflow/rules/calibration.smk"
 # Without records a run identifies speakers, is about route directions, or calibrates a rig, and nothing else.
 MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
+# The records whose heads were filmed, and the heads that are shown.
+FILMED_HEADS = [record for record, given in RECORDS.items() if given["film_left"]]
+HEADS_SHOWN, PORTRAYED = [], []
+
 if RECORDS:
 
     include: "workflow/rules/systems.smk"
     include: "workflow/rules/studio.smk"
     include: "workflow/rules/capture.smk"
+    include: "workflow/rules/capture_head.smk"
     include: "workflow/rules/corpus.smk"
     include: "workflow/rules/speech.smk"
-    include: "workflow/rules/segmentation.smk"
-    include: "workflow/rules/synthesis.smk"
-    include: "workflow/rules/rendering.smk"
-    include: "workflow/rules/models.smk"
-    include: "workflow/rules/evaluation.smk"
+
+    # Where systems move nothing but heads, nobody looks for gesture phrases.
+    if SYSTEMS:
+
+        include: "workflow/rules/animated.smk"
+        include: "workflow/rules/segmentation.smk"
+        include: "workflow/rules/synthesis.smk"
+        include: "workflow/rules/rendering.smk"
+        include: "workflow/rules/models.smk"
+        include: "workflow/rules/evaluation.smk"
+
+    if HEADS:
+
+        include: "workflow/rules/heads.smk"
     include: "workflow/rules/report.smk"
     include: "workflow/rules/report_capture.smk"
 
@@ -223,7 +238,7 @@ onstart:
         # A limit of jobs a second guards a cluster's queue. Here it would wake Snakemake's scheduler every second, and
         # once more for each job that has ended.
         workflow.scheduler.job_rate_limiter = None
-    if RECORDS and SHORTEST_S is not None and any(name.startswith("systems") for name in planned):
+    if RECORDS and SHORTEST_S is not None and any(name.startswith(("systems", "heads")) for name in planned):
         for line in short_records.lines(config, RECORDS, SHORTEST_S):
             progress.write_line(f"cospeech: {line}")
     if VIRTUAL and RECORDS:

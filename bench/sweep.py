@@ -17,8 +17,8 @@ from runs import RUN, snakemake
 from runs import folder as bench_folder
 
 from cospeech.data import tables
-from cospeech.markov import parallel
-from cospeech.segmentation import labelled_hmm, prosody
+from cospeech.markov import labelled_hmm, parallel
+from cospeech.segmentation import prosody
 
 CLUSTERS, STATES = range(4, 17, 2), (3, 5, 7, 9)
 ACTORS, RECORDS = ("ada", "deniz"), 4

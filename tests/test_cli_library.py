@@ -8,7 +8,7 @@ from cospeech import api, cli
 from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.formats import bvh
-from cospeech.segmentation import labelled_hmm
+from cospeech.markov import labelled_hmm
 from cospeech.synthesis import live
 from cospeech.synthesis.controller import SYSTEMS, online
 from cospeech.workflow import model_folder

@@ -4,8 +4,8 @@ from cospeech.corpus import annotations, short_records
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
-    table = annotations.add_notes(
-        work.read(work.input.records, "records"), work.read(work.input.annotations, "annotations")
-    )
+    table = work.read(work.input.records, "records")
+    if work.input.annotations:
+        table = annotations.add_notes(table, work.read(work.input.annotations, "annotations"))
     noted = short_records.noted(table, work.params["shortest_s"], work.params["shift_s"])
     work.write(noted, work.output.records, "records")

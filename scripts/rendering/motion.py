@@ -8,10 +8,11 @@ from pathlib import Path
 from cospeech.data import tables
 from cospeech.evaluation import motion_scores
 from cospeech.formats import bvh, glb_writer
+from cospeech.markov import labelled_hmm
 from cospeech.motion import assembly, library, skeleton, unit_selection
 from cospeech.motion.body import STANDARD
 from cospeech.rendering import export
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.segmentation import gesture
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

@@ -2,7 +2,7 @@
 
 from cospeech.data import tables
 from cospeech.formats import audio
-from cospeech.motion import library, skeleton
+from cospeech.motion import head, library, skeleton
 from cospeech.motion.body import STANDARD
 from cospeech.viewer import page, takes
 from cospeech.viewer.voice import CURVE_S, voice
@@ -16,7 +16,8 @@ def version(title, motion, phrases, shown):
 
 with job.run(snakemake) as work:
     given, record = work.params, work.wildcards.record
-    motions = [work.read(path, "motion") for path in work.input.motions]
+    angles = work.read(work.input.head, "head") if work.input.head else None
+    motions = head.moved_where([work.read(path, "motion") for path in work.input.motions], given["headless"], angles)
     phrases = [work.read(path, "segments") for path in work.input.phrases]
     versions = [
         version(*one)

@@ -19,7 +19,6 @@ with job.run(snakemake) as work:
     says = directions.content(run, given["config"], tables, shown) | {
         "absent": [],
         "failed": [],
-        "viewer": None,
         "config_hash": job.settings_hash({"config": given["config"]}),
     }
     page = rendering.render_with_videos(work.input.template, says, [])

@@ -5,7 +5,8 @@ Gesture phases and subunits are relative to the motion of the training records a
 
 from pathlib import Path
 
-from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import gesture, phases, subunits
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

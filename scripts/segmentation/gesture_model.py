@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import gesture, phases, subunits
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

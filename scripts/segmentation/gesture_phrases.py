@@ -5,7 +5,8 @@ Its gesture phases and subunits, which were found with the model, become tables 
 
 from pathlib import Path
 
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import gesture
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from cospeech.segmentation import labelled_hmm, prosody
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import prosody
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:

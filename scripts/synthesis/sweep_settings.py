@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from cospeech.data.vocabulary import prosody_labels
-from cospeech.segmentation import labelled_hmm, prosody
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import prosody
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
 from cospeech.synthesis.training import Actor, fold

@@ -10,8 +10,9 @@ import pandas as pd
 
 from cospeech.data import tables as files
 from cospeech.evaluation import motion_scores
+from cospeech.markov import labelled_hmm
 from cospeech.motion import skeleton
-from cospeech.segmentation import gesture, labelled_hmm
+from cospeech.segmentation import gesture
 from cospeech.synthesis.registry import installed
 from cospeech.synthesis.session import Driving, Session
 from cospeech.synthesis.speech import Wrong

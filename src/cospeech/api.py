@@ -32,14 +32,15 @@ from cospeech.evaluation import scores
 from cospeech.formats import audio, bvh
 from cospeech.formats import sound as wav
 from cospeech.formats.sound import RATE_HZ
+from cospeech.markov import labelled_hmm
+from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.motion import assembly, skeleton, unit_selection
 from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Library
-from cospeech.segmentation import gesture, labelled_hmm, phases, subunits
+from cospeech.segmentation import gesture, phases, subunits
 from cospeech.segmentation import prosody as clustering
-from cospeech.segmentation.labelled_hmm import LabelledHMM
+from cospeech.speech import melody, pitch, syllables
 from cospeech.speech import prosody as measuring
-from cospeech.speech import syllables
 from cospeech.synthesis.controller import model as controller
 from cospeech.synthesis.controller.model import Segments
 from cospeech.synthesis.declaration import System
@@ -95,6 +96,36 @@ class ActorModel(NamedTuple):
     prosody_model: LabelledHMM
     gestures: pd.DataFrame
     motions: Mapping[str, pd.DataFrame]
+
+
+class HeadModel(NamedTuple):
+    """A system that moves the head alone, trained on an actor's records.
+
+    Attributes
+    ----------
+    card : what the model is and which settings it uses (see docs/models.md).
+    system : the declaration of its system.
+    trained : the method of the system and its trained model.
+    """
+
+    card: Mapping[str, Any]
+    system: System
+    trained: Trained
+
+
+class HeadPerformance(NamedTuple):
+    """How a model moves a head to speech.
+
+    Attributes
+    ----------
+    head : angles of the head (schema ``head``).
+    decoding : one row that describes how they were made (schema ``decoding``).
+    sound : (n,) the speech at 16 kHz, full scale 1.
+    """
+
+    head: pd.DataFrame
+    decoding: pd.DataFrame
+    sound: Floats
 
 
 class Performance(NamedTuple):
@@ -346,18 +377,11 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
     ('ada', 'virtual')
     """
     place = Path(folder or BUNDLED)
+    system = system_of_model(place)
+    if system.makes == "head":
+        raise UserError(f"{place}: a model of '{system.name}', which moves the head alone; see api.load_head_model")
     read = model_folder.read(place)
-    try:
-        system = installed(read.card["system"])
-    except UserError as error:
-        raise UserError(f"{place}: {error}") from error
-    missing = [
-        name for name in (*system.tables, "gestures", "gesture_model", "prosody_model") if name not in read.tables
-    ]
-    if missing:
-        raise UserError(
-            f"{place}: not a model of '{system.name}' as installed, which has a table '{missing[0]}'; train it again"
-        )
+    _check_tables(place, system, read, ("gestures", "gesture_model", "prosody_model"))
     with naming(system):
         method = method_of(system)
         recorded = {name: table for name, table in read.tables.items() if name.startswith("motion~")}
@@ -368,6 +392,54 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
         labelled_hmm.from_table(read.tables[name]) for name in ("gesture_model", "prosody_model")
     )
     return ActorModel(read.card, system, trained, gesture_model, prosody_model, read.tables["gestures"], motions)
+
+
+def load_head_model(folder: str | Path) -> HeadModel:
+    """Load a model of a system that moves the head alone, trained by ``cospeech run models``.
+
+    Parameters
+    ----------
+    folder : folder of the model.
+
+    Raises
+    ------
+    UserError : if the folder contains no such model, or it is incomplete, damaged, or of another version.
+    """
+    place = Path(folder)
+    system = system_of_model(place)
+    if system.makes != "head":
+        raise UserError(f"{place}: a model of '{system.name}', which makes {system.makes}; see api.load_model")
+    read = model_folder.read(place)
+    _check_tables(place, system, read)
+    with naming(system):
+        method = method_of(system)
+        return HeadModel(read.card, system, Trained(method, method.from_tables(read.tables)))
+
+
+def system_of_model(folder: str | Path) -> System:
+    """Return the declaration of the system that a model belongs to.
+
+    Parameters
+    ----------
+    folder : folder of the model.
+
+    Raises
+    ------
+    UserError : if the folder contains no model, or its system is not installed.
+    """
+    card = model_folder.read_card(Path(folder))
+    try:
+        return installed(card["system"])
+    except UserError as error:
+        raise UserError(f"{folder}: {error}") from error
+
+
+def _check_tables(place: Path, system: System, read: model_folder.ModelFolder, others: Sequence[str] = ()) -> None:
+    missing = [name for name in (*system.tables, *others) if name not in read.tables]
+    if missing:
+        raise UserError(
+            f"{place}: not a model of '{system.name}' as installed, which has a table '{missing[0]}'; train it again"
+        )
 
 
 class MotionLibrary(NamedTuple):
@@ -494,6 +566,48 @@ def synthesize(
     own = skeleton.standing(n_frames, fps) if body is None else body
     motion = assembly.motion(units, pool, model.motions, own, **card["smoothing"])
     return Performance(made.phrases, motion, made.decoding, samples)
+
+
+def synthesize_head(
+    sound: str | Path | Floats,
+    model: HeadModel,
+    *,
+    record: str | None = None,
+    seed: int | None = None,
+    channel: int | None = None,
+) -> HeadPerformance:
+    """Synthesize the movements of a head for speech.
+
+    Parameters
+    ----------
+    sound, record, seed, channel : as for ``synthesize``.
+    model : the model of an actor.
+
+    Returns
+    -------
+    Angles of the head that last as long as the sound, to the frame.
+
+    Raises
+    ------
+    UserError : if the sound cannot be read or is not speech.
+    """
+    samples = _samples(sound, channel)
+    name = record or ("speech" if isinstance(sound, np.ndarray) else Path(sound).stem)
+    card, fps = model.card, float(model.card["motion_fps"])
+    drawn = card["seed"] if seed is None else seed
+    heard = melody.table(name, pitch.track(samples, RATE_HZ).f0_hz, melody.intensity(samples, RATE_HZ), drawn)
+    speech = Speech(
+        name,
+        melody.STEP_S,
+        len(heard),
+        melody=heard,
+        driving_record=name,
+        motion_fps=fps,
+        n_motion_frames=max(1, round(len(samples) / RATE_HZ * fps)),
+    )
+    made = perform(model.system, model.trained, speech, drawn)
+    assert made.head is not None  # as it declares
+    return HeadPerformance(made.head, made.decoding, samples)
 
 
 def score(actual: pd.DataFrame, synthesised: pd.DataFrame, *, settings: Settings | None = None) -> pd.DataFrame:

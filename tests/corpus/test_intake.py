@@ -3,17 +3,20 @@
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pytest
 import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cospeech.corpus import intake, motion
+from cospeech.corpus.head_angles import HeadConventions
 from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
 from cospeech.formats import bvh
 from cospeech.motion import skeleton
+from cospeech.speech import melody
 from cospeech.workflow.records import RECORD_FIELDS
 
 CONVENTIONS = MotionConventions("y", "m", "cospeech", "hanging")
@@ -187,3 +190,55 @@ def test_cut_segments_have_the_labels_of_the_selected_frames(lengths, first, wid
     part = intake.cut_segments(table, 25.0, first, last)
     segments.check(part, "part")
     assert segments.to_labels(part).tolist() == labels[first:last].astype(str).tolist()
+
+
+def write_head(path, seconds, fps=30.0):
+    n_frames = round(seconds * fps)
+    frames = np.arange(n_frames)
+    angles = {f"{axis}_deg": 10.0 * np.sin(frames / 9.0) for axis in "xyz"}
+    pd.DataFrame({"time_s": (frames + 0.5) / fps} | angles).to_csv(path, index=False)
+    return str(path)
+
+
+def write_melody(path, seconds):
+    rng = np.random.default_rng(0)
+    n_frames = round(seconds * 100)
+    melody.table("a", 150.0 + rng.normal(0, 5, n_frames), rng.normal(-30, 3, n_frames), 0).to_csv(path, index=False)
+    return str(path)
+
+
+HEAD = HeadConventions("XYZ", "deg", "y", "z", {"time": "time_s", "x": "x_deg", "y": "y_deg", "z": "z_deg"})
+
+
+def read_with_head(**fields):
+    return intake.read_record(
+        record_entry(**fields), fields.get("motion"), 0.0, CONVENTIONS, LABELS, 0.025, 1.0, fields["head"], HEAD
+    )
+
+
+def test_a_head_alone_is_a_record_and_is_trimmed_with_its_sound(tmp_path):
+    files = {"head": write_head(tmp_path / "a.csv", 5.0), "audio": write_wav(tmp_path / "a.wav", 4.6)}
+    taken = read_with_head(**files)
+    assert taken.body is None
+    assert len(taken.head) == 138
+    assert len(taken.voice) == round(4.6 * 16000)
+    row = taken.row.iloc[0]
+    assert (row["head_source"], row["head_fps"], row["note"]) == ("table", 30.0, "head trimmed by 0.400 s at its end")
+    tables.validate(taken.row, "records", "row")
+    tables.validate(taken.head, "head", "head")
+    part = read_with_head(**files, start_s=1.0, end_s=3.0)
+    assert part.head["x_deg"].to_numpy() == pytest.approx(taken.head["x_deg"].to_numpy()[30:90])
+    assert part.head["time_s"].iloc[0] == pytest.approx(0.5 / 30)
+
+
+def test_a_head_can_come_with_a_melody_and_with_a_body(tmp_path):
+    files = {"head": write_head(tmp_path / "a.csv", 5.0), "melody": write_melody(tmp_path / "m.csv", 5.2)}
+    taken = read_with_head(**files)
+    assert taken.voice is None
+    assert len(taken.melody) == 500
+    tables.validate(taken.melody, "melody", "melody")
+    body = {"motion": write_bvh(tmp_path / "a.bvh", 4.0), "audio": write_wav(tmp_path / "a.wav", 4.0)}
+    taken = read_with_head(head=files["head"], **body)
+    assert (len(taken.body), len(taken.head)) == (80, 120)
+    with pytest.raises(UserError, match=r"record 'a': its motion lasts 4.000 s and its head 6.000 s"):
+        read_with_head(head=write_head(tmp_path / "long.csv", 6.0), **body)

@@ -26,7 +26,7 @@ def test_independent_events_that_overlap_correlate_almost_perfectly():
         rng = np.random.default_rng(seed)
         found = measured(draw(rng, 122, 0.1, 0.3), draw(rng, 400, 0.4, 1.0))
         assert found.loc["start_r", "value"] > 0.999
-        assert found.loc["start_r", "shifted_low"] > 0.994  # more than what was published as evidence
+        assert found.loc["start_r", "chance_low"] > 0.994  # more than what was published as evidence
 
 
 def test_planted_coupling_exceeds_the_shifted_gestures_and_independence_does_not():
@@ -35,7 +35,7 @@ def test_planted_coupling_exceeds_the_shifted_gestures_and_independence_does_not
     nods = accents[rng.random(300) < 0.65] + 0.08 * rng.standard_normal() + np.array([0.0, 0.3])
     found = measured(accents, nods)
     assert found.loc["overlap", "value"] == pytest.approx(0.65, abs=0.1)
-    assert found.loc["overlap", "value"] > found.loc["overlap", "shifted_high"]
+    assert found.loc["overlap", "value"] > found.loc["overlap", "chance_high"]
     assert found.loc["overlap", "p_value"] == pytest.approx(1 / 201)
     p_values = [
         measured(draw(rng, 300, 0.1, 0.3), draw(rng, 200, 0.4, 0.6), seed).loc["overlap", "p_value"]
@@ -51,7 +51,7 @@ def test_the_planted_lag_and_its_spread_are_found():
     found = measured(accents, np.column_stack([starts, starts + 0.6]))
     # Gestures of neighbouring accents are sometimes the nearer partners, which widens the spread.
     assert found.loc["onset_mean_s", "value"] == pytest.approx(-0.1, abs=0.03)
-    assert found.loc["onset_sd_s", "value"] < 0.6 * found.loc["onset_sd_s", "shifted_low"]
+    assert found.loc["onset_sd_s", "value"] < 0.6 * found.loc["onset_sd_s", "chance_low"]
 
 
 def test_shifted_gestures_keep_their_durations_and_intervals():

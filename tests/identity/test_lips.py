@@ -1,5 +1,8 @@
 """Lips: planted motion is found, on textures, on virtual faces and on a real one; unusable films are refused."""
 
+from fractions import Fraction
+
+import av
 import cv2
 import numpy as np
 import pytest
@@ -202,6 +205,39 @@ def test_a_film_gives_a_table_and_a_stated_centre_is_used(talk, tmp_path):
     np.testing.assert_allclose(region.reshape(-1, 2).mean(axis=0), middle)
     mean = frames[0][0][np.round(region[..., 1]).astype(int), np.round(region[..., 0]).astype(int)].mean()
     assert stated["d1"].iloc[0] / np.sqrt(80 * 128) == pytest.approx(mean, abs=1.0)
+
+
+def write_film(path, frames, starts_ms, sound_starts_ms=None):
+    """Write grey frames that start at these times, and sound that starts at another one."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mjpeg", rate=1000)
+        stream.height, stream.width, stream.pix_fmt = *frames[0].shape, "yuvj420p"
+        track = None if sound_starts_ms is None else container.add_stream("pcm_s16le", rate=16000, layout="mono")
+        for picture, start_ms in zip(frames, starts_ms, strict=True):
+            frame = av.VideoFrame.from_ndarray(picture, "gray").reformat(format="yuvj420p")
+            frame.pts, frame.time_base = start_ms, Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+        if track is not None:
+            piece = av.AudioFrame.from_ndarray(np.zeros((1, 1600), dtype=np.int16), "s16", "mono")
+            piece.sample_rate, piece.pts, piece.time_base = 16000, 16 * sound_starts_ms, Fraction(1, 16000)
+            container.mux(track.encode(piece))
+            container.mux(track.encode())
+
+
+def test_times_are_those_of_the_frames_from_the_start_of_the_sound(tmp_path):
+    frames = [np.full((48, 64), 60 * number, dtype=np.uint8) for number in range(4)]
+    write_film(tmp_path / "phone.mkv", frames, [20, 87, 180, 220], sound_starts_ms=20)
+    shots = list(features.shots(tmp_path / "phone.mkv", 15.0))
+    times_s = np.array([shot.time_s for shot in shots])
+    np.testing.assert_allclose(times_s, np.array([0.0, 0.067, 0.16, 0.2]) + 0.5 / 15, atol=1e-3)
+    np.testing.assert_allclose([shot.picture.mean() for shot in shots], [0, 60, 120, 180], atol=3)
+    np.testing.assert_array_equal(features.evened(times_s, 15.0), times_s)
+
+
+def test_evenly_spaced_frames_lose_the_rounding_of_the_container():
+    rounded = np.round(np.arange(30) / 15, 3) + 0.5 / 15
+    np.testing.assert_allclose(features.evened(rounded, 15.0), (np.arange(30) + 0.5) / 15, atol=1e-12)
 
 
 def test_coefficients_are_the_first_of_the_cosine_transform_in_zigzag_order():

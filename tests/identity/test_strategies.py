@@ -117,8 +117,8 @@ def test_scoring_in_parts_changes_nothing(given, monkeypatch):
 def test_controls_train_on_what_they_say(given):
     clip = int(np.flatnonzero(given.clips["own_name"])[3])
     own = controls._own(given, clip)
-    shuffled = controls.WRONG_LIPS["shuffled"](given, clip, 1)
-    np.testing.assert_allclose(np.sort(shuffled, axis=0), np.sort(own, axis=0))
+    scrambled = controls.WRONG_LIPS["scrambled"](given, clip, 1)
+    np.testing.assert_allclose(np.sort(scrambled, axis=0), np.sort(own, axis=0))
     noise = controls.WRONG_LIPS["noise"](given, clip, 1)
     np.testing.assert_allclose(np.abs(np.fft.rfft(noise, axis=0)), np.abs(np.fft.rfft(own, axis=0)), atol=1e-9)
     np.testing.assert_allclose(np.cov(noise.T), np.cov(own.T), atol=1e-9)

@@ -5,6 +5,7 @@ import types
 import av
 import numpy as np
 import plausible
+import plausible_heads
 import pytest
 import yaml
 from PIL import Image
@@ -34,6 +35,8 @@ NAMES = {
     "pictured": [plausible.SYSTEMS[name] for name in PICTURED],
     "in_timeline": [plausible.SYSTEMS[name] for name in IN_TIMELINE],
     "third_party": [],
+    "first_head": [plausible_heads.SYSTEMS[plausible_heads.SHOWN[0]]],
+    "shown_head": [plausible_heads.SYSTEMS[name] for name in plausible_heads.SHOWN],
     "setting": ["clusters~8/states~3"],
 }
 ABOUT_RUN = {
@@ -42,6 +45,8 @@ ABOUT_RUN = {
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
     "main": {"clusters": 8, "states": 3},
+    "heads": plausible_heads.PARAMS,
+    "shown_heads": plausible_heads.SHOWN,
 }
 
 
@@ -170,7 +175,16 @@ def tables_of_a_run(tmp_path_factory):
                 run.write(table, f"synthesis/controller_offline/main/{record}/{name}.parquet", schema)
     for name, (table, schema) in plausible.body_language().items():
         run.write(table, f"synthesis/bodylanguage/main/ada_1/{name}.parquet", schema)
-    for name in ("animation/stills", "animation/strip", "capture/rig"):
+    for path, (table, schema) in plausible_heads.results(plausible.ACTORS).items():
+        run.write(table, path, schema)
+    pictures = (
+        "animation/stills",
+        "animation/strip",
+        "capture/rig",
+        "animation/head_patterns",
+        "animation/ada_1/heads",
+    )
+    for name in pictures:
         Image.new("RGB", (640, 240), (180, 190, 200)).save(run.results / f"{name}.png")
     return run
 
@@ -242,4 +256,4 @@ def virtual_page(exhibits):
 def real_page(exhibits):
     corpus = {"source": "recorded", "name": "beat2"}
     failed = [{"system": "nodding", "message": "system 'nodding' of package 'nods': ImportError: no module 'neck'"}]
-    return make_page(exhibits, "real.html", met=["sweep", "two_actors"], corpus=corpus, failed=failed)
+    return make_page(exhibits, "real.html", met=["phrases", "sweep", "two_actors"], corpus=corpus, failed=failed)

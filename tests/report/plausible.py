@@ -198,6 +198,8 @@ def records() -> pd.DataFrame:
                 "motion_path": f"{record}.bvh",
                 "audio_path": f"{record}.wav",
                 "note": "mixed down to <mono>" if place else None,
+                "head_source": None,
+                "head_fps": np.nan,
             }
             for place, (record, actor) in enumerate(ACTORS.items())
         ]

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from cospeech.data import segments, tables, vocabulary
 from cospeech.errors import UserError
-from cospeech.markov import parallel
+from cospeech.markov import labelled_hmm, parallel
 from cospeech.markov.parallel import MUST, NEVER
 from cospeech.motion import skeleton
-from cospeech.segmentation import first_examples, gesture, labelled_hmm
+from cospeech.segmentation import first_examples, gesture
 
 SETTINGS = {
     "labels": list(vocabulary.GESTURES),

@@ -9,7 +9,8 @@ from sklearn.metrics import adjusted_mutual_info_score
 
 from cospeech.data import segments, tables
 from cospeech.errors import UserError
-from cospeech.segmentation import labelled_hmm, prosody
+from cospeech.markov import labelled_hmm
+from cospeech.segmentation import prosody
 
 SETTINGS = {"restarts": 3, "iterations": 30, "tolerance": 1e-5, "variance_floor": 0.01}
 FRAME_S = 0.025

@@ -45,11 +45,14 @@ def names_of(package):
 def all_systems(*packages):
     """The systems of cospeech and of other installed packages, with their matched controls.
 
-    Systems that learn from phases or subunits of motion are not among them; they have tests of their own.
+    Systems that learn from phases or subunits of motion, or from heads, are not among them; they have tests of their
+    own.
     """
     names = [name for package in ("cospeech", *packages) for name in names_of(package)]
     systems = registered({name: {} for name in names}, virtual=True).systems
-    return {name: system for name, system in systems.items() if not {"phases", "subunits"} & set(system.needs)}
+    return {
+        name: system for name, system in systems.items() if not {"phases", "subunits", "head"} & set(system.needs)
+    }
 
 
 def prosody_tables(records, n_frames=N_FRAMES, seed=1):

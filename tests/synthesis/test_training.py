@@ -34,7 +34,7 @@ def test_gestures_at_the_rate_of_the_motion_are_resampled_to_the_prosody_frame(a
     assert list(training.gestures) == ["r0", "r2", "r3"]
     assert list(training.speech) == ["r0", "r2", "r3"]
     assert list(streams.labels) == ["r0", "r1", "r2", "r3"]
-    assert streams.n_frames("r1") == 1600
+    assert streams.lengths["r1"] == 1600
     for name, table in training.gestures.items():
         segments.check(table, name)
         assert table["end_frame"].iloc[-1] == len(training.speech[name]) == 1600

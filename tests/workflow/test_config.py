@@ -95,7 +95,10 @@ def test_every_configuration_that_we_ship_is_valid(path):
             changed(studio__world="all", studio__couplings={"vigour": 0.5}, studio__actors=in_worlds("vigour")),
             "studio.couplings are those of the parts of the world 'all'",
         ),
-        (changed(studio__film="stereo"), "studio.film: stereo films head gestures, and 'ada' has none"),
+        (
+            changed(studio__film="stereo", studio__head_coupling=None),
+            "studio.film: stereo films head gestures, and 'ada' has none",
+        ),
         (changed(studio__head_coupling=1.5), "studio.head_coupling: 1.5 is greater than the maximum of 1"),
         (changed(studio__libraries={"table": 20}), "config: studio.libraries: unknown key 'table'"),
         (changed(phrases__prosody__clusters=0), "phrases.prosody.clusters: 0 is less than the minimum"),
@@ -131,6 +134,21 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(phrases__gesture__iterations=1e9), "1000000000.0 is greater than the maximum"),
         (changed(speech__frame_s=1e-9), "config: speech.frame_s: 1e-09 is less than the minimum"),
         (changed(corpus__name="x" * 101), "config: corpus.name: 'xxx"),
+        (changed(identity__population=True, identity__sheet="a.csv"), "population and sheet exclude each other"),
+        (changed(identity__sheet="a.csv"), "identity.sheet lists recorded clips; set corpus.source to recorded"),
+        (
+            changed(identity__population=True, studio__population__repetitions=1),
+            "studio.population.repetitions: with one, nothing is left to test",
+        ),
+        (
+            changed(identity__population=True, identity__populations__speakers=4),
+            "studio.population.others: there are not 5 names of other speakers",
+        ),
+        (
+            changed(identity__delay__regularisation=0),
+            "config: identity.delay.regularisation: 0 is less than or equal",
+        ),
+        (changed(identity__controls=["silence"]), "config: identity.controls.0: 'silence' is not one of"),
         (calibrated(method="board", films="x"), "a board needs films, a folder, and board"),
         (calibrated(method="board", films="x", board="y"), "a board takes [], or one {origin_frame: ...}"),
         (calibrated(method="given"), "capture.calibration.file: name the TOML"),
@@ -419,9 +437,15 @@ def test_studio_records_point_to_raw_files():
     assert listed["ada_1"]["audio"] == "results/demo/corpus/raw/ada_1.wav"
     assert record_list.brings(listed) == {"motion", "audio"}
     silent = record_list.records(changed(studio__sound=False), "results/demo")
-    assert record_list.brings(silent) == {"gestures", "prosody", "syllables"}
+    assert record_list.brings(silent) == {"gestures", "prosody", "syllables", "head", "melody"}
+    without = record_list.records(changed(studio__sound=False, studio__head_coupling=None), "results/demo")
+    assert record_list.brings(without) == {"gestures", "prosody", "syllables"}
     moving = record_list.records(changed(studio__sound=False, studio__motion=True), "results/demo")
-    assert record_list.brings(moving) == {"motion", "prosody", "syllables"}
+    assert record_list.brings(moving) == {"motion", "prosody", "syllables", "head", "melody"}
+    heads = record_list.records(changed(studio__sound=False, studio__world="patterns"), "results/demo")
+    assert record_list.brings(heads) == {"head", "melody"}
+    filmed = record_list.records(changed(studio__film="stereo"), "results/demo")
+    assert record_list.brings(filmed) == {"head", "audio"}
     assert moving["ada_1"]["motion"] == "results/demo/corpus/raw/ada/ada_1.motion.parquet"
 
 

@@ -47,7 +47,13 @@ def mistakes(since):
 
 
 # What wildcards of these names may stand for. Their constraints do not say so where there are many names.
-VALUES = {"record": RECORDS, "fold": RECORDS, "actor": ACTORS, "system": SYSTEMS, "trained": [*RECORDS, *ACTORS]}
+VALUES = {
+    "record": RECORDS,
+    "fold": RECORDS,
+    "actor": ACTORS,
+    "system": CHOSEN.systems,
+    "trained": [*RECORDS, *ACTORS],
+}
 
 
 def is_planned(receipt):

@@ -92,7 +92,7 @@ rule examples:
 rule records:
     input:
         records=expand(f"{RESULTS}/corpus/records/{{record}}.parquet", record=RECORDS),
-        annotations=f"{RESULTS}/corpus/annotations.parquet",
+        annotations=f"{RESULTS}/corpus/annotations.parquet" if SYSTEMS else [],
     output:
         records=f"{RESULTS}/corpus/records.parquet",
     params:
@@ -128,3 +128,17 @@ rule export_annotations:
         "exporting gesture phrases of {wildcards.record} to ELAN and Praat"
     script:
         "../../scripts/corpus/export_annotations.py"
+
+
+# A head without a file or film of its own is that of the body.
+if "head" not in BRINGS and "motion" in BRINGS:
+
+    rule head:
+        input:
+            motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
+        output:
+            heads=expand(f"{RESULTS}/head/{{record}}.parquet", record=RECORDS),
+        message:
+            f"angles of {len(RECORDS)} heads, from joint angles"
+        script:
+            "../../scripts/corpus/head.py"

@@ -85,7 +85,7 @@ rule prosody_clusters_actor:
 
 
 if BRINGS >= {"motion", "audio"}:
-    MODELS = [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
+    MODELS += [f"{RESULTS}/models/{system}/{variant_of(system)}/{actor}" for system in MODELLED for actor in ACTORS]
 
     rule model:
         input:
@@ -152,12 +152,14 @@ if BRINGS >= {"motion", "audio"}:
                 made_by(SHOWN, shown_phrases(SHOWN)),
                 f"{RESULTS}/transplant/{{actor}}/{{record}}/phrases.parquet",
             ],
+            head=[],
             audio=f"{RESULTS}/corpus/audio/{{record}}.wav",
             shot=[],
         output:
             video=f"{RESULTS}/transplant/{{actor}}/{{record}}/comparison.mp4",
         params:
             settings=FILM,
+            headless=[False] * 3,
             titles=lambda wildcards: ["original", "own model", f"model of {wildcards.actor}"],
         message:
             "video of {wildcards.record}: original, own model, model of {wildcards.actor}"

@@ -7,6 +7,15 @@ SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
 
 
+# The head that bodies show which make none of their own.
+HEAD_SHOWN = made_by(NODDING, "head.parquet") if NODDING else []
+
+
+def headless(systems):
+    """Which bodies make no head of their own: among the original and those of systems, those of recorded gestures."""
+    return [False, *(SYSTEMS[system].makes == "phrases" for system in systems)]
+
+
 def training_motions(wildcards):
     """The motion of the records that a fold may take its units from."""
     return [f"{RESULTS}/motion/{other}.parquet" for other in others(wildcards.record)]
@@ -112,12 +121,14 @@ if "motion" in BRINGS:
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
                 *(made_by(system, shown_phrases(system)) for system in COMPARED),
             ],
+            head=HEAD_SHOWN,
             audio=SOUND,
             shot=SHOT,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         params:
             settings=FILM,
+            headless=headless(COMPARED),
             titles=["captured" if SHOT else "original", *COMPARED],
         message:
             f"video of {{wildcards.record}}: original, {', '.join(COMPARED)} side by side"
@@ -156,6 +167,7 @@ if "motion" in BRINGS:
                 f"{RESULTS}/phrases/gesture/{{record}}.parquet",
                 *(made_by(system, shown_phrases(system)) for system in VIEWED),
             ],
+            head=HEAD_SHOWN,
             audio=SOUND,
             pitch=f"{RESULTS}/speech/{{record}}/pitch.parquet" if "audio" in BRINGS else [],
         output:
@@ -163,6 +175,7 @@ if "motion" in BRINGS:
         params:
             titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
             shown=[True, *(system in COMPARED for system in VIEWED)],
+            headless=headless(VIEWED),
         message:
             "{wildcards.record} for the 3D viewer"
         script:

@@ -3,37 +3,47 @@
 from cospeech.report import exhibits as declared
 from cospeech.report import systems as reported
 
-# The systems as the report knows them, in the order of the tables.
-REPORTED = {
-    name: {
-        "title": system.title,
-        "role": system.role,
-        "controls": list(system.controls),
-        "variant": variant_of(name),
-        "swept": name in SWEPT,
-        "plans": system.makes == "phrases",
-        "origin": CHOSEN.origins.get(system.decoder),
-        "source": system.source,
+
+def as_reported(systems):
+    """Systems as the report knows them, in the order of the tables."""
+    return {
+        name: {
+            "title": system.title,
+            "role": system.role,
+            "controls": list(system.controls),
+            "variant": variant_of(name),
+            "swept": system.swept and system.drive == "own" and not CHOSEN.apart(name),
+            "plans": system.makes == "phrases",
+            "origin": CHOSEN.origins.get(system.decoder),
+            "source": system.source,
+        }
+        for name, system in systems.items()
     }
-    for name, system in SYSTEMS.items()
-}
-if "motion" in BRINGS:
+
+
+REPORTED = as_reported(SYSTEMS)
+if SYSTEMS and "motion" in BRINGS:
     title = "Original motion, labelled by the same model"
     REPORTED[ORIGINAL] = {"title": title, "role": "ceiling", "variant": variant_of(ORIGINAL), "plans": False}
 KNOWN = reported.from_params(REPORTED)
-PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER)
-IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER)
+PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
+IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
 
 # What exhibits need of a run, and whether this one has it. A condition with the name of a system is met if it runs.
 MET = [
     condition
     for condition, met in {
-        "motion": "motion" in BRINGS,
-        "sweep": SWEEP,
+        "phrases": SYSTEMS,
+        "heads": HEADS,
+        "motion": SYSTEMS and "motion" in BRINGS,
+        "sweep": SYSTEMS and SWEEP,
         "two_actors": len(ACTORS) > 1,
-        "transplant": TRANSPLANTS and BRINGS >= {"motion", "audio"},
+        "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
         "takes": CAPTURED,
         "filmed": FILMED,
+        "head_curves": HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports,
+        "filmed_heads": VIRTUAL and FILMED_HEADS,
+        "planted_heads": VIRTUAL and HAS_HEADS and HEADS,
         "virtual": VIRTUAL,
         "worlds": len({own.world for own in WORLDS.values()}) > 1,
     }.items()
@@ -51,12 +61,16 @@ SOURCE_NAMES = {
     "pictured": [KNOWN[name] for name in PICTURED],
     "in_timeline": [KNOWN[name] for name in IN_TIMELINE],
     "third_party": [system for system in KNOWN.values() if system.origin],
+    "first_head": [reported.System(name, **as_reported(HEADS)[name]) for name in HEADS_SHOWN[:1]],
+    "shown_head": [reported.System(name, **as_reported(HEADS)[name]) for name in HEADS_SHOWN],
     "setting": [MAIN.path],
 }
 
 # What every drawing function and the page may ask about the run.
 ABOUT_RUN = {
     "systems": REPORTED,
+    "heads": as_reported(HEADS),
+    "shown_heads": HEADS_SHOWN,
     "actors": {record: actor_of(record) for record in RECORDS},
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
@@ -143,9 +157,10 @@ rule score_exhibits:
 PAGE_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in declared.SOURCES[name].paths(SOURCE_NAMES)]
     for name in [
-        *["records", "annotations", "session_scores", "differences"],
-        *(["motion_statistics"] if "motion" in BRINGS else []),
-        *(["decoding"] if APART else []),
+        "records",
+        *(["annotations", "session_scores", "differences"] if SYSTEMS else []),
+        *(["motion_statistics"] if SYSTEMS and "motion" in BRINGS else []),
+        *(["decoding"] if SYSTEMS and APART else []),
         *(["cameras"] if VIRTUAL and FILMED else []),
     ]
 }
@@ -159,8 +174,9 @@ CLIPS = {
         "description": f"Record {record}: the original, synthesised gestures and a control side by side",
     }
     for record in FIRST_RECORDS
-    if "motion" in BRINGS
-} | {
+    if SYSTEMS and "motion" in BRINGS
+}
+CLIPS |= {
     f"{RESULTS}/transplant/{actor}/{record}/comparison.mp4": {
         "section": "voice",
         "group": "transplant",
@@ -170,12 +186,21 @@ CLIPS = {
     for actor, record in TRANSPLANTS
     if "transplant" in MET
 }
+CLIPS |= {
+    f"{RESULTS}/animation/{record}/heads.mp4": {
+        "section": "head",
+        "group": f"head of {actor_of(record)}",
+        "title": f"The head of {actor_of(record)}, record {record}",
+        "description": f"Record {record}: the original head, synthesised heads and a control side by side",
+    }
+    for record in PORTRAYED
+}
 
 # The scripts that bring the records to the 3D viewer.
 VIEWER = {
     f"{actor_of(record)}, record {record}": f"{REPORTS}/viewer/{record}.js"
     for record in RECORDS
-    if "motion" in BRINGS
+    if SYSTEMS and "motion" in BRINGS
 }
 
 # What the target `all` asks for: the page, and all that it shows or links to.

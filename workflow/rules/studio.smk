@@ -96,7 +96,7 @@ rule studio_take:
 
 
 # Simulating a record takes less than starting a process, so the records of an actor share one, and a folder.
-if VIRTUAL and "prosody" in BRINGS:
+if VIRTUAL and "audio" not in BRINGS:
 
     rule studio_features:
         input:

@@ -1,15 +1,6 @@
 # Gesture phrases, or motion, for the record that a fold holds out: systems, their controls, and ceilings.
 
 
-def model_tables(systems):
-    """The tables of the models that these systems train, with their schemas, by system."""
-    return {
-        system: SYSTEMS[system].table_schemas
-        for system in systems
-        if SYSTEMS[system].role != "control" and SYSTEMS[system].model == system
-    }
-
-
 def place_of(system, setting=MAIN):
     """The variant of a system, and the folder of its records."""
     variant = variant_of(system, setting)

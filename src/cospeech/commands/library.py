@@ -141,9 +141,9 @@ def write(out: Path, model: ActorModel, made: object, folder: Folder | None) -> 
     """Write the new controller as a model folder."""
     from cospeech import __version__
     from cospeech.data import tables
+    from cospeech.markov import labelled_hmm
     from cospeech.motion import library
     from cospeech.motion.body import STANDARD
-    from cospeech.segmentation import labelled_hmm
     from cospeech.workflow import model_folder
     from cospeech.workflow.job import settings_hash
 

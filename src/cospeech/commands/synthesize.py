@@ -11,8 +11,9 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
+from cospeech.commands import synthesize_head
 from cospeech.commands.messages import note, note_compilation
 from cospeech.commands.parser import add_channel, whole_number
 from cospeech.errors import UserError
@@ -20,7 +21,7 @@ from cospeech.errors import UserError
 if TYPE_CHECKING:
     import pandas as pd
 
-    from cospeech.api import ActorModel, Performance
+    from cospeech.api import ActorModel, HeadModel, Performance
     from cospeech.commands.parser import Parser
 
 FORMATS = {
@@ -30,6 +31,9 @@ FORMATS = {
     "textgrid": (".TextGrid", "gesture phrases for Praat"),
 }
 """The formats that can be written: the end of the file's name, and what it contains."""
+
+HEAD_FORMATS = synthesize_head.FORMATS
+"""The same for models that move the head alone."""
 
 DESCRIPTION = """\
 Synthesize gestures for speech.
@@ -42,6 +46,8 @@ other gestures with another --seed."""
 EPILOG = (
     "formats:\n"
     + "\n".join(f"  {name:<10}{end:<17}{what}" for name, (end, what) in FORMATS.items())
+    + "\n\nformats of models that move the head alone:\n"
+    + "\n".join(f"  {name:<10}{end:<17}{what}" for name, (end, what) in HEAD_FORMATS.items())
     + """
 
 examples:
@@ -85,7 +91,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         type=_formats,
         action="extend",
         metavar="FORMAT[,...]",
-        help=f"what to write: {', '.join(FORMATS)} (default: all of them)",
+        help=f"what to write: {', '.join(FORMATS)} (default: all of them); see below for heads",
     )
     parser.add_argument(
         "--seed", type=whole_number(0), metavar="N", help="seed of random draws (default: that of the model)"
@@ -95,7 +101,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         "--body",
         type=Path,
         metavar="TABLE",
-        help="motion table to take hips, spine, head and legs from (default: they do not move)",
+        help="motion table to take from what the model does not move (default: it stands still)",
     )
     parser.add_argument("--overwrite", action="store_true", help="replace existing files")
     parser.set_defaults(execute=run, error=parser.error)
@@ -104,8 +110,9 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
 def _formats(text: str) -> list[str]:
     names = text.split(",")
     for name in names:
-        if name not in FORMATS:
-            raise argparse.ArgumentTypeError(f"unknown format '{name}'; known are {', '.join(FORMATS)}")
+        if name not in FORMATS | HEAD_FORMATS:
+            known = ", ".join(FORMATS | HEAD_FORMATS)
+            raise argparse.ArgumentTypeError(f"unknown format '{name}'; known are {known}")
     return names
 
 
@@ -114,12 +121,18 @@ def run(arguments: argparse.Namespace) -> int:
     twice = [stem for stem, count in Counter(path.stem for path in arguments.files).items() if count > 1]
     if twice:
         arguments.error(f"two files are called '{twice[0]}', and so would their results; give them to two calls")
-    formats = list(dict.fromkeys(arguments.format or FORMATS))
     note_compilation()
     from cospeech import api  # not above: it loads pandas and the compiled kernels
     from cospeech.data import tables
 
-    model = api.load_model(arguments.model)
+    nods = arguments.model is not None and api.system_of_model(arguments.model).makes == "head"
+    known = HEAD_FORMATS if nods else FORMATS
+    formats = list(dict.fromkeys(arguments.format or known))
+    for name in formats:
+        if name not in known:
+            moves = "the head alone" if nods else "a body"
+            arguments.error(f"--format {name}: this model moves {moves}; it can write {', '.join(known)}")
+    model = api.load_head_model(arguments.model) if nods else api.load_model(arguments.model)
     body = None if arguments.body is None else tables.read(arguments.body, "motion")
     failed = False
     with output_folder(arguments.out):
@@ -127,7 +140,7 @@ def run(arguments: argparse.Namespace) -> int:
             note("using the bundled model, which was learned from a virtual actor and not from people")
         for path in arguments.files:
             try:
-                targets = {name: arguments.out / f"{path.stem}{FORMATS[name][0]}" for name in formats}
+                targets = {name: arguments.out / f"{path.stem}{known[name][0]}" for name in formats}
                 check_free(targets, arguments.overwrite)
                 synthesize(path, model, targets, arguments, body)
             except UserError as error:
@@ -170,7 +183,7 @@ def check_free(targets: dict[str, Path], overwrite: bool) -> None:
 
 def synthesize(
     path: Path,
-    model: ActorModel,
+    model: ActorModel | HeadModel,
     targets: dict[str, Path],
     arguments: argparse.Namespace,
     body: pd.DataFrame | None,
@@ -182,16 +195,21 @@ def synthesize(
     sound = audio.read(path, arguments.channel)
     for remark in sound.notes:
         note(f"{path}: {remark}")
+    made: Any
     try:
-        made = api.synthesize(sound.samples, model, record=path.stem, seed=arguments.seed, body=body)
+        if isinstance(model, api.HeadModel):
+            made = synthesize_head.made(sound.samples, model, path.stem, arguments.seed, body)
+        else:
+            made = api.synthesize(sound.samples, model, record=path.stem, seed=arguments.seed, body=body)
     except UserError as error:
         raise UserError(f"{path}: {error}") from error
+    writer: Any = synthesize_head.write if isinstance(model, api.HeadModel) else write
     folder = next(iter(targets.values())).parent
     try:
         with temporary_folder(folder, path.stem) as temporary:
             parts = {name: temporary / target.name for name, target in targets.items()}
             for name, part in parts.items():
-                write(name, part, made, model, path.stem)
+                writer(name, part, made, model, path.stem)
             for name, part in parts.items():
                 part.replace(targets[name])
     except OSError as error:

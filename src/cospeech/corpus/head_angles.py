@@ -72,7 +72,7 @@ def read(path: str | Path, record: str, conventions: HeadConventions) -> pd.Data
     undeclared = [key for key in ("order", "unit") if getattr(conventions, key) is None]
     if undeclared:
         raise UserError(
-            f"record '{record}': {path}: the {' and the '.join(undeclared)} of its angles are not declared; set "
+            f"record '{record}': {path}: its angles come without their {' and '.join(undeclared)}; declare "
             f"{' and '.join(f'{DECLARED}.{key}' for key in undeclared)}, such as order: XYZ and unit: deg"
         )
     found = user_tables.load(path, "head")

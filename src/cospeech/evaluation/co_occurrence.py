@@ -90,10 +90,10 @@ def table(
     )
     defined = null[~np.isnan(null).any(axis=1)]
     if len(defined):
-        found["shifted"] = defined.mean(axis=0)
-        found["shifted_low"], found["shifted_high"] = np.quantile(defined, [tail, 1.0 - tail], axis=0)
+        found["chance"] = defined.mean(axis=0)
+        found["chance_low"], found["chance_high"] = np.quantile(defined, [tail, 1.0 - tail], axis=0)
     else:
-        found[["shifted", "shifted_low", "shifted_high"]] = np.nan
+        found[["chance", "chance_low", "chance_high"]] = np.nan
     return found
 
 
@@ -111,7 +111,7 @@ def pairs(speech: str, kind: str, events: Floats, gestures: Floats, duration_s: 
                 {
                     "speech": speech,
                     "gestures": kind,
-                    "shifted": is_shifted,
+                    "by_chance": is_shifted,
                     "event_start_s": events[overlapping, 0],
                     "gesture_start_s": own[partner[overlapping], 0] if len(own) else np.empty(0),
                 }

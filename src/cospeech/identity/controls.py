@@ -23,7 +23,7 @@ CEILING = "tested clips too"
 CONTROLS = (
     "another speaker",
     "another name",
-    "shuffled",
+    "scrambled",
     "noise",
     "whitened",
     "audio alone",
@@ -143,8 +143,8 @@ def _another_name(features: Features, clip: int, seed: int) -> Floats | None:
     return _of_another(features, clip, "speaker", "phrase", seed)
 
 
-def _shuffled(features: Features, clip: int, seed: int) -> Floats:
-    rng = random_source(seed, "shuffled lips", str(features.clips["clip"].iloc[clip]))
+def _scrambled(features: Features, clip: int, seed: int) -> Floats:
+    rng = random_source(seed, "scrambled", str(features.clips["clip"].iloc[clip]))
     return rng.permutation(_own(features, clip), axis=0)
 
 
@@ -164,7 +164,7 @@ def _noise(features: Features, clip: int, seed: int) -> Floats:
 WRONG_LIPS: dict[str, Callable[[Features, int, int], Floats | None]] = {
     "another speaker": _another_speaker,
     "another name": _another_name,
-    "shuffled": _shuffled,
+    "scrambled": _scrambled,
     "noise": _noise,
 }
 """The controls with lips that do not belong to the voice: ``(features, clip, seed) -> (T, N_L)``."""

@@ -26,8 +26,8 @@ from cospeech.data.arrays import Floats, Labels
 from cospeech.errors import UserError
 from cospeech.formats.sound import FULL_SCALE, RATE_HZ
 from cospeech.kernels.jit import njit
-from cospeech.segmentation import labelled_hmm
-from cospeech.segmentation.labelled_hmm import LabelledHMM
+from cospeech.markov import labelled_hmm
+from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody, syllables
 from cospeech.synthesis import live
 from cospeech.synthesis.live import Heard

@@ -153,7 +153,7 @@ class Page:
             if asked is None:
                 self._changes.put(message)
             else:
-                connection.send(json.dumps({"asked": asked, "clock": received}))
+                connection.send(json.dumps({"asked": asked, "now": received}))
 
 
 def _response(status: HTTPStatus, kind: str, text: str) -> Response:

@@ -104,12 +104,12 @@ def unclamped(n_branches: int) -> Clamp:
     return Clamp(np.ones((0, n_branches), dtype=bool), np.zeros(0, dtype=np.int8))
 
 
-def _flat(values: Floats) -> Floats:
+def flat(values: Floats) -> Floats:
     """Return (M, N, ...) as (N * M, ...)."""
     return np.ascontiguousarray(np.swapaxes(values, 0, 1)).reshape(-1, *values.shape[2:])
 
 
-def _by_branch(values: Floats, n_branches: int) -> Floats:
+def by_branch(values: Floats, n_branches: int) -> Floats:
     """Return (N * M, ...) as (M, N, ...)."""
     return np.ascontiguousarray(np.swapaxes(values.reshape(-1, n_branches, *values.shape[1:]), 0, 1))
 
@@ -128,9 +128,9 @@ class Packed(NamedTuple):
 
 def _packed(model: ParallelHMM) -> Packed:
     pivot = model.mean.reshape(-1, model.mean.shape[-1]).mean(axis=0)
-    variance, stay = _flat(model.variance), _flat(model.stay)
+    variance, stay = flat(model.variance), flat(model.stay)
     weight = np.sqrt(0.5 / np.log(2.0) / variance)
-    shift = (_flat(model.mean) - pivot) * weight
+    shift = (flat(model.mean) - pivot) * weight
     constant = -0.5 * np.log2(2 * np.pi * variance).sum(axis=1)
     return Packed(model.entry, stay, 1.0 - stay, weight, shift, constant, pivot)
 
@@ -145,9 +145,9 @@ def _in_logs(packed: Packed, base: float) -> Packed:
 def _in_lanes(packed: Packed) -> Packed:
     """Return the parameters with states in vectors; the branches that pad the last vector are never entered."""
     n_branches = len(packed.entry)
-    stay, leave, weight, shift = (_vectors(values, n_branches, 0.0) for values in packed[1:5])
-    constant = _vectors(packed.constant, n_branches, -np.inf)
-    return Packed(_vectors(packed.entry, n_branches, 0.0), stay, leave, weight, shift, constant, packed.pivot)
+    stay, leave, weight, shift = (in_vectors(values, n_branches, 0.0) for values in packed[1:5])
+    constant = in_vectors(packed.constant, n_branches, -np.inf)
+    return Packed(in_vectors(packed.entry, n_branches, 0.0), stay, leave, weight, shift, constant, packed.pivot)
 
 
 class Forms(NamedTuple):
@@ -169,7 +169,7 @@ def _forms(model: ParallelHMM) -> Forms:
     return Forms(len(model.entry), packed, _in_lanes(relative), ceiling)
 
 
-def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
+def in_vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     """Return (N * M,) or (N * M, D) as (V, LANES) or (V, D, LANES)."""
     by_place = values.reshape(-1, n_branches, *values.shape[1:])
     n_groups = -(-n_branches // LANES)
@@ -179,8 +179,8 @@ def _vectors(values: Floats, n_branches: int, missing: float) -> Floats:
     return np.ascontiguousarray(grouped.swapaxes(1, -1))
 
 
-def _states(vectors: Floats, n_branches: int) -> Floats:
-    """Return the values that ``_vectors`` was called with."""
+def of_vectors(vectors: Floats, n_branches: int) -> Floats:
+    """Return the values that ``in_vectors`` was called with."""
     n_groups, rest = -(-n_branches // LANES), vectors.shape[1:-1]
     by_place = vectors.swapaxes(1, -1).reshape(-1, n_groups * LANES, *rest)
     return by_place[:, :n_branches].reshape(-1, *rest)
@@ -188,6 +188,20 @@ def _states(vectors: Floats, n_branches: int) -> Floats:
 
 def _clamps(model: ParallelHMM, sequences: list[Floats], clamps: list[Clamp] | None) -> list[Clamp]:
     return clamps if clamps is not None else [unclamped(len(model.entry))] * len(sequences)
+
+
+class Densities:
+    """The log densities of frames in all states; the parameters are prepared once."""
+
+    def __init__(self, model: ParallelHMM) -> None:
+        self._packed = _packed(model)[3:]
+        self._n_states = model.stay.size
+
+    def of(self, frames: Floats) -> Floats:
+        """Return the natural log densities (T, S) of frames (T, D); state s = n * M + m is the n-th of branch m."""
+        found = np.empty((len(frames), self._n_states))
+        parallel_exact.fill_log_densities(frames, *self._packed, found)
+        return found
 
 
 def log_likelihood(model: ParallelHMM, frames: Floats, clamp: Clamp | None = None) -> float:
@@ -244,10 +258,10 @@ def _expect_scaled(forms: Forms, frames: Floats, clamp: Clamp) -> Sums:
 
 def _counts(forms: Forms, sums: Sums) -> Counts:
     n_branches, n_features = forms.n_branches, len(forms.scaled.pivot)
-    begun = _states(sums.entered, n_branches)
-    moments = _states(sums.moments, n_branches).T
+    begun = of_vectors(sums.entered, n_branches)
+    moments = of_vectors(sums.moments, n_branches).T
     # What enters a branch passes through all of its states, except for what is in it at the end of the sequence.
-    ended = np.cumsum(_states(sums.final, n_branches).reshape(-1, n_branches), axis=0)
+    ended = np.cumsum(of_vectors(sums.final, n_branches).reshape(-1, n_branches), axis=0)
     left = np.maximum(begun - ended, 0.0)
     arrived = np.concatenate([begun, left.ravel()[:-n_branches]])
     occupied, first, second = moments[0], moments[1 : 1 + n_features], moments[1 + n_features :]
@@ -282,9 +296,9 @@ def maximise(model: ParallelHMM, counts: Counts, floor: Floats) -> ParallelHMM:
     seen = occupied[:, None]
     return ParallelHMM(
         counts.entered / counts.entered.sum(),
-        _by_branch(np.where(moved, stay, _flat(model.stay)), n_branches),
-        _by_branch(np.where(seen, counts.pivot + shift, _flat(model.mean)), n_branches),
-        _by_branch(np.where(seen, variance, _flat(model.variance)), n_branches),
+        by_branch(np.where(moved, stay, flat(model.stay)), n_branches),
+        by_branch(np.where(seen, counts.pivot + shift, flat(model.mean)), n_branches),
+        by_branch(np.where(seen, variance, flat(model.variance)), n_branches),
     )
 
 
@@ -358,10 +372,14 @@ def beta(model: ParallelHMM, sequences: list[Floats], paths: list[Path]) -> floa
 
     See Sargin 2006, 4.15-4.16. It is NaN for a model with one branch.
     """
-    if len(model.entry) < 2:
+    pairs = zip(sequences, paths, strict=True)
+    found = [branch_log_likelihoods(model, frames, path.begins) for frames, path in pairs]
+    return separation(found, sum(len(frames) for frames in sequences))
+
+
+def separation(log_likelihoods: list[Floats], n_frames: int) -> float:
+    """Return beta of sequences whose segments have the log-likelihoods (L, M) under the branches."""
+    if log_likelihoods[0].shape[1] < 2:
         return np.nan
-    total = 0.0
-    for frames, path in zip(sequences, paths, strict=True):
-        ranked = np.sort(branch_log_likelihoods(model, frames, path.begins), axis=1)
-        total += float((ranked[:, -1] - ranked[:, -2]).sum())
-    return total / sum(len(frames) for frames in sequences)
+    ranked = np.sort(np.concatenate(log_likelihoods), axis=1)
+    return float((ranked[:, -1] - ranked[:, -2]).sum()) / n_frames

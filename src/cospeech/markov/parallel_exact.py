@@ -65,6 +65,16 @@ def log_densities(
 
 
 @njit
+def fill_log_densities(
+    frames: Floats, weight: Floats, shift: Floats, constant: Floats, pivot: Floats, densities: Floats
+) -> None:
+    """Fill ``densities`` (T, S) with the natural log densities of frames (T, D)."""
+    anything = np.ones(0, np.bool_)
+    for t in range(len(frames)):
+        log_densities(frames[t], anything, weight, shift, constant, pivot, densities[t])
+
+
+@njit
 def _forward(
     t: int, alpha: Floats, density: Floats, cut: int, entry: Floats, stay: Floats, leave: Floats, after: Floats
 ) -> tuple[float, float]:

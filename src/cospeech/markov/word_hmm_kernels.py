@@ -122,18 +122,33 @@ def _densities(n: int, block: Floats, weight: Floats, shift: Floats, constant: F
 
 
 @njit
-def _add_moments(n: int, block: Floats, posterior: Floats, occupied: Floats, first: Floats, second: Floats) -> None:
-    """Set the sums over n frames (>= n, D, LANES), weighted by posterior probabilities (>= n, S, LANES)."""
+def _moments(n: int, block: Floats, posterior: Floats, occupied: Floats, first: Floats, second: Floats) -> None:
+    """Set the sums over n frames (>= n, D, LANES), weighted by posterior probabilities (>= n, S, LANES).
+
+    Sums are read and written once for ``ABREAST`` frames; the posteriors of the frames after the last one become 0.
+    """
     occupied[:], first[:], second[:] = 0.0, 0.0, 0.0
+    posterior[n : (n + ABREAST - 1) // ABREAST * ABREAST] = 0.0
     for i in range(posterior.shape[1]):
-        for t in range(n):
-            weight = take(posterior, (t, i))
-            put(occupied, (i,), take(occupied, (i,)) + weight)
+        for t in range(0, n, ABREAST):
+            w0, w1 = take(posterior, (t, i)), take(posterior, (t + 1, i))
+            w2, w3 = take(posterior, (t + 2, i)), take(posterior, (t + 3, i))
+            put(occupied, (i,), take(occupied, (i,)) + ((w0 + w1) + (w2 + w3)))
             for d in range(block.shape[1]):
-                value = take(block, (t, d))
-                weighted = weight * value
-                put(first, (i, d), take(first, (i, d)) + weighted)
-                put(second, (i, d), take(second, (i, d)) + weighted * value)
+                x0, x1 = take(block, (t, d)), take(block, (t + 1, d))
+                x2, x3 = take(block, (t + 2, d)), take(block, (t + 3, d))
+                y0, y1, y2, y3 = w0 * x0, w1 * x1, w2 * x2, w3 * x3
+                put(first, (i, d), take(first, (i, d)) + ((y0 + y1) + (y2 + y3)))
+                put(second, (i, d), take(second, (i, d)) + ((y0 * x0 + y1 * x1) + (y2 * x2 + y3 * x3)))
+
+
+@njit
+def _gather(frames: Floats, first_row: Integers, n_rows: Integers, pivot: Floats, n: int, block: Floats) -> None:
+    """Fill ``block`` (>= n, D, LANES) with the frames of one clip per lane minus ``pivot``, and then with 0."""
+    for t in range(n):
+        for d in range(len(pivot)):
+            for lane in range(LANES):
+                block[t, d, lane] = frames[first_row[lane] + t, d] - pivot[d] if t < n_rows[lane] else 0.0
 
 
 @njit
@@ -163,6 +178,7 @@ def expect(
     own_move, own_occupied = np.zeros((n_states, LANES)), np.empty((n_states, LANES))
     own_first, own_second = np.empty((n_states, n_features, LANES)), np.empty((n_states, n_features, LANES))
     last, own_likelihood = np.empty((1, LANES)), np.zeros((1, LANES))
+    first_row, n_rows = np.zeros(LANES, dtype=np.int64), np.zeros(LANES, dtype=np.int64)
     for group in range(0, len(begin), LANES):
         n_clips = min(LANES, len(begin) - group)
         n = length[group : group + n_clips].max()
@@ -176,16 +192,15 @@ def expect(
                 for d in range(n_features):
                     own_weight[i, d, lane] = weight[model, i, d]
                     own_shift[i, d, lane] = shift[model, i, d]
-            for t in range(padded):
-                for d in range(n_features):
-                    block[t, d, lane] = frames[begin[clip] + t, d] - pivot[d] if t < own else 0.0
+            first_row[lane], n_rows[lane] = begin[clip], own
+        _gather(frames, first_row, n_rows, pivot, (n + ABREAST - 1) // ABREAST * ABREAST, block)
         _densities(n, block, own_weight, own_shift, own_constant, scores)
         forward(n, scores, own_stay, own_move, best, ratio)
         for lane in range(n_clips):
             end = length[group + lane] - 1
             own_likelihood[0, lane] = total(best[end], ratio[end], lane)
         posteriors(n, scores, own_stay, own_move, best, ratio, last, own_likelihood)
-        _add_moments(n, block, best, own_occupied, own_first, own_second)
+        _moments(n, block, best, own_occupied, own_first, own_second)
         for lane in range(n_clips):
             model, end = owner[group + lane], length[group + lane] - 1
             likelihood[model] += own_likelihood[0, lane]

@@ -6,6 +6,8 @@ head to the person's left, and a positive z tilts it towards the person's right 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
@@ -60,6 +62,21 @@ def moved(motion: pd.DataFrame, head: pd.DataFrame) -> pd.DataFrame:
     turned = skeleton.euler(rotation.from_vectors(halves))
     columns = {f"{joint}_{axis}_deg": turned[:, place] for joint in JOINTS for place, axis in enumerate("xyz")}
     return motion.assign(**columns)
+
+
+def moved_where(
+    motions: Sequence[pd.DataFrame], headless: Sequence[bool], head: pd.DataFrame | None
+) -> list[pd.DataFrame]:
+    """Return motion tables of which those that are ``headless`` and not empty have another head; see ``moved``.
+
+    Parameters
+    ----------
+    head : angles of the head; None: all keep their own.
+    """
+    return [
+        moved(motion, head) if lacks and head is not None and len(motion) else motion
+        for motion, lacks in zip(motions, headless, strict=True)
+    ]
 
 
 def at_times(head: pd.DataFrame, times_s: Floats) -> Floats:

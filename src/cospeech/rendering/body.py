@@ -6,6 +6,7 @@ dimensions in metres defines its shape. Each vertex follows one joint, or a blen
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from cospeech.motion import skeleton
 
-MATERIALS = ("skin", "hair", "shirt", "trousers", "shoe", "left_arm", "right_arm")
+MATERIALS = ("skin", "hair", "shirt", "trousers", "shoe", "left_arm", "right_arm", "eye", "pupil", "lips")
 """Names of the materials, in the order of the indices in ``Mesh.material``."""
 
 
@@ -43,6 +44,15 @@ class Part:
     blend: float = 0.05
     exponent: float = 2.0
     sides: int = 9
+
+
+def _bulge(material: str, centre_m: tuple[float, float, float], radii_m: tuple[float, float, float]) -> Part:
+    """Return an ellipsoid on the head, by the position of its centre and its half width, height and depth."""
+    levels = (-0.98, -0.8, -0.4, 0.0, 0.4, 0.8, 0.98)
+    rings = [(level, math.sqrt(1.0 - level * level)) for level in levels]
+    (x, y, z), (width, height, depth) = centre_m, radii_m
+    table = tuple((y + height * level, width * share, depth * share, x, z) for level, share in rings)
+    return Part(material, "y", table, ("head",), sides=8)
 
 
 class Mesh(NamedTuple):
@@ -122,9 +132,14 @@ MIDDLE = (
         ),
         ("head",), exponent=2.2, sides=11,
     ),
+    _bulge("lips", (0.0, 1.5555, 0.0825), (0.0215, 0.0060, 0.0085)),
 )  # fmt: skip
 
 LEFT = (
+    _bulge("eye", (0.0305, 1.6530, 0.0905), (0.0145, 0.0070, 0.0095)),
+    _bulge("pupil", (0.0315, 1.6530, 0.0962), (0.0058, 0.0060, 0.0048)),
+    _bulge("hair", (0.033, 1.6715, 0.0885), (0.0185, 0.0040, 0.0085)),
+    _bulge("skin", (0.075, 1.6380, 0.0020), (0.0070, 0.0280, 0.0160)),
     Part(
         "left_arm", "y",
         (

@@ -24,6 +24,9 @@ ELEVATION_DEG = 9.0
 MARGIN = 0.015
 """Empty margin at each edge, in image heights."""
 
+PORTRAIT_M, PORTRAIT_TARGET_M = 0.46, (0.0, 1.605, 0.0)
+"""Height of a body that a portrait shows, and the point in its middle, in metres."""
+
 VIEWS_DEG = (0.0, 62.0)
 """Directions from which a figure is viewed: angles from the front toward the left of the body."""
 
@@ -35,6 +38,9 @@ COLOURS = {
     "shoe": (62, 66, 76),
     "left_arm": picture.gesture_colour("left"),
     "right_arm": picture.gesture_colour("right"),
+    "eye": (250, 250, 248),
+    "pupil": (52, 44, 42),
+    "lips": (186, 118, 108),
 }
 """Colours of the materials in full light; the arms have the colours of the gesture classes left and right."""
 
@@ -126,6 +132,26 @@ def cameras(points_m: Floats, box: tuple[int, int, int, int], views_deg: Sequenc
         )
         for turn, centre, start, end in zip(axes, middle, ends, ends[1:], strict=False)
     ]
+
+
+def portrait(box: tuple[int, int, int, int]) -> Camera:
+    """Return a camera in front of the head of a standing body, with its shoulders in view.
+
+    Parameters
+    ----------
+    box : left, top, right and bottom of the camera's part of the image in pixels.
+    """
+    left, top, right, bottom = box
+    height = bottom - top
+    distance = FOCAL_LENGTH * PORTRAIT_M
+    return Camera(
+        np.eye(3),
+        np.array(PORTRAIT_TARGET_M),
+        distance,
+        FOCAL_LENGTH * height,
+        ((left + right) / 2, (top + bottom) / 2),
+        box,
+    )
 
 
 def floor_height(bodies: Sequence[Pose]) -> float:

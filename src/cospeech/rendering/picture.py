@@ -45,6 +45,16 @@ def tag(label: str, size: int) -> tuple[Image, npt.NDArray[np.float32]]:
     return colours, shape
 
 
+def clock(image: Image, time_s: float, top: int, right: int, size: int) -> None:
+    """Write the time, right-aligned at column ``right``; all digits have equal width to avoid jitter."""
+    left = right - canvas.lettering(" s", size).shape[1]
+    canvas.write(image, " s", top, left, size, canvas.FAINT)
+    digit_width = canvas.lettering("0", size).shape[1]
+    for letter in reversed(f"{time_s:.1f}"):
+        left -= digit_width if letter.isdigit() else digit_width // 2
+        canvas.write(image, letter, top, left, size, canvas.FAINT)
+
+
 class Timeline:
     """The phrases of a record as a coloured band, with a cursor at the current time."""
 

@@ -88,7 +88,7 @@ def render(panels: Sequence[Panel], fps: float, height_px: int, caption: str) ->
                 timeline.draw_cursor(part, time_s)
                 colours, shape = picture.tag(labels[number][step], round(11 * unit))
                 canvas.lay(part, round(11 * unit), width - margin - shape.shape[1], colours, shape)
-            _clock(part, time_s, height - round(19 * unit), width - margin, round(10 * unit))
+            picture.clock(part, time_s, height - round(19 * unit), width - margin, round(10 * unit))
         yield image
 
 
@@ -133,16 +133,6 @@ def _static_panel(panel: Panel, timeline: picture.Timeline, caption: str, unit: 
     timeline.draw(image)
     image[:, -1] = (222, 221, 218)
     return image
-
-
-def _clock(image: Image, time_s: float, top: int, right: int, size: int) -> None:
-    """Write the time, right-aligned at column ``right``; all digits have equal width to avoid jitter."""
-    left = right - canvas.lettering(" s", size).shape[1]
-    canvas.write(image, " s", top, left, size, canvas.FAINT)
-    digit_width = canvas.lettering("0", size).shape[1]
-    for letter in reversed(f"{time_s:.1f}"):
-        left -= digit_width if letter.isdigit() else digit_width // 2
-        canvas.write(image, letter, top, left, size, canvas.FAINT)
 
 
 def write_video(

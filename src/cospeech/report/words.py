@@ -60,6 +60,20 @@ MEASURES = {
     ),
 }
 
+HEAD_MEASURES = {
+    "normalised": Measure(
+        "normalised distance",
+        "",
+        "less",
+        "squared distance divided by the squared sum of the angles, mean (eq. 4.20)",
+    ),
+    "normalised_sums": Measure("normalised, sums", "", "less", "the sums of these divided by each other"),
+    "mahalanobis": Measure(
+        "Mahalanobis distance", "", "less", "distance in units of the spread of the head (eq. 4.21)"
+    ),
+    "euclidean": Measure("Euclidean distance", "°", "less", "mean distance of the angles in degrees"),
+}
+
 SCENARIOS = {
     "memory": "telling a memory",
     "documentary": "retelling a documentary",
@@ -104,6 +118,12 @@ def measure(name: str, bin_s: float | None = None) -> str:
     known = MEASURES[name]
     if bin_s is not None and bin_s == bin_s:
         return f"{known.title} ({seconds(bin_s)} bins)"
+    return f"{known.title} ({known.unit})" if known.unit else known.title
+
+
+def head_measure(name: str) -> str:
+    """Return the heading of a measure of heads, with its unit."""
+    known = HEAD_MEASURES[name]
     return f"{known.title} ({known.unit})" if known.unit else known.title
 
 

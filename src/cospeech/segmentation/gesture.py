@@ -10,11 +10,10 @@ import pandas as pd
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
-from cospeech.markov import parallel, parallel_start
+from cospeech.markov import labelled_hmm, parallel, parallel_start
+from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.markov.parallel import FREE, MUST, NEVER, Clamp, ParallelHMM
 from cospeech.motion import skeleton
-from cospeech.segmentation import labelled_hmm
-from cospeech.segmentation.labelled_hmm import LabelledHMM
 
 REST = "rest"
 OTHER = "everything else"

@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.vocabulary import prosody_labels
-from cospeech.markov import parallel, parallel_start
+from cospeech.markov import labelled_hmm, parallel, parallel_start
+from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.markov.parallel import ParallelHMM
-from cospeech.segmentation import labelled_hmm
-from cospeech.segmentation.labelled_hmm import LabelledHMM
 
 FEATURES = ("intensity", "pitch_lag", "pitch_gain", "d_intensity", "d_pitch_lag", "d_pitch_gain")
 """The prosody feature vector (Özkul 2012, eq. 4.5)."""

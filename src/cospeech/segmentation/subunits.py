@@ -8,6 +8,8 @@ weighted sum of squared angular velocities
 crosses a threshold; omega_j is the angular velocity of a joint relative to its parent (of the hips, in the world).
 The thesis prints no weights u_j, but says that joints of high influence weigh more: here, u_j is the reach of a
 joint, the length of the longest chain of bones that it moves. The threshold is relative to the speaker's own motion.
+With the minimum length of the demo, 0.1 to 0.3 % of the subunits in the studio's world ``syllables`` have no
+syllable; the thesis reports less than 0.4 % (4.2). With 0.2 s, there would be up to 2 %.
 
 Two subunits are compared by their length, their first pose and a summary of their dynamics: a weighted sum of
 Euclidean distances, each divided by its root mean square over all pairs. Still subunits have similar summaries;

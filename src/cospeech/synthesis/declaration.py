@@ -22,6 +22,9 @@ ROLES: tuple[Role, ...] = get_args(Role)
 SPEECH: tuple[Need, ...] = ("prosody_labels", "prosody", "syllables", "melody")
 """The kinds of speech that can drive a system."""
 
+HEAD_NEEDS: frozenset[Need] = frozenset({"melody", "head"})
+"""What systems that make angles of the head can need; they run apart from all others, at the frames of the melody."""
+
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 ORIGINAL = "original"
 """The name of the actor's own motion in tables of results."""
@@ -126,6 +129,12 @@ class System:
         for need in self.needs:
             if need not in get_args(Need):
                 raise DeclarationError(f"declares that it needs {need!r}; known are {', '.join(get_args(Need))}")
+        alien = sorted(set(self.needs) - HEAD_NEEDS if self.makes == "head" else set(self.needs) & HEAD_NEEDS)
+        if alien:
+            raise DeclarationError(
+                f"declares that it makes {self.makes} and needs {alien[0]!r}; systems that make head can need "
+                "'melody' and 'head', and no others can"
+            )
         if self.role == "system" and not set(SPEECH) & set(self.needs):
             raise DeclarationError(
                 f"declares the role 'system', but needs none of {', '.join(map(repr, SPEECH))}: no speech would "

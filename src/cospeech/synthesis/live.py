@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from cospeech.data import segments
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.motion import library
@@ -28,8 +29,16 @@ Made = pd.DataFrame | Floats
 
 A system that makes phrases returns rows with the columns ``start_frame`` and ``label``. One that makes motion returns
 the next frames of the motion table, or their poses (n, 3 + 4 J): the position of the root in metres, then a unit
-quaternion (w, x, y, z) per joint, which rotates the body part in the frame of its parent.
+quaternion (w, x, y, z) per joint, which rotates the body part in the frame of its parent. One that makes the head
+returns the angles (n, 3) of the next frames in degrees, about the axes of schema ``head``.
 """
+
+MELODY = ("pitch", "d_pitch", "intensity")
+"""Columns of the melody that systems hear."""
+
+ANGLES = ("x_deg", "y_deg", "z_deg")
+
+NO_MELODY: Floats = np.empty((0, len(MELODY)))
 
 
 class Stream(NamedTuple):
@@ -41,15 +50,19 @@ class Stream(NamedTuple):
 
 
 class Heard(NamedTuple):
-    """One prosody frame of the speech.
+    """One prosody frame of the speech, or some frames of its melody.
+
+    A system that needs the melody hears that and nothing else. It must not matter how many of its frames are heard at
+    once: live, these are the ones of 10 ms that have become known; a whole record is heard in one step.
 
     Attributes
     ----------
-    frame : counts from 0. time_s : centre of the frame.
+    frame : counts from 0. time_s : centre of the frame. Of several frames of melody, those of the first one.
     label : its prosody label; empty if the system needs none.
     features : its prosody features by name; empty if the system needs none.
     syllables : the syllables that become known with this frame, usually none: the numbers of their rows in the
         syllable table by name, NaN where the table has null.
+    melody : (n, 3) the columns ``MELODY`` of the next frames of melody; empty if the system needs none.
     """
 
     frame: int
@@ -57,6 +70,7 @@ class Heard(NamedTuple):
     label: str
     features: Mapping[str, float]
     syllables: tuple[Mapping[str, float], ...] = ()
+    melody: Floats = NO_MELODY
 
 
 class Controls(NamedTuple):
@@ -79,14 +93,18 @@ class LiveMethod(Protocol):
         """Return the state before anything is heard."""
 
     def step(self, state: State, heard: Heard) -> Made:
-        """Return what became certain with this frame, possibly no row: the next phrases, or frames of motion."""
+        """Return what became certain with this frame, possibly no row: phrases, or frames of motion or head."""
 
     def end(self, state: State, speech: Speech) -> Made:
         """Return what is still missing when the speech ends; of ``speech``, only the lengths may be used."""
 
 
 def frames(speech: Speech) -> Iterator[Heard]:
-    """Yield the prosody frames of a whole record, one after another."""
+    """Yield the prosody frames of a whole record, one after another, or its melody at once."""
+    if speech.melody is not None:
+        melody = np.ascontiguousarray(speech.melody[list(MELODY)].to_numpy(dtype=float))
+        yield Heard(0, float(speech.melody["time_s"].iloc[0]), "", {}, melody=melody)
+        return
     names = [] if speech.prosody is None else [name for name in speech.prosody.columns if name != "frame"]
     values = np.empty((speech.n_frames, 0)) if speech.prosody is None else speech.prosody[names].to_numpy(dtype=float)
     known = by_frame(speech)
@@ -132,6 +150,8 @@ def by_steps(method: LiveMethod, makes: Output, model: Model, speech: Speech, se
     if makes == "phrases":
         made = pd.concat([pd.DataFrame(part, columns=["start_frame", "label"]) for part in parts], ignore_index=True)
         return Synthesis(row, phrases=phrases_of(speech, made["start_frame"], made["label"]))
+    if makes == "head":
+        return Synthesis(row, head=head_table(np.concatenate(parts)[: speech.n_motion_frames], speech.motion_fps))
     return Synthesis(row, motion=motion_table(parts, speech.motion_fps))
 
 
@@ -140,6 +160,12 @@ def all_steps(method: LiveMethod, model: Model, speech: Speech, seed: int) -> li
     state = method.start(model, Stream(speech.record, speech.frame_s, speech.motion_fps), seed)
     steps = [method.step(state, heard) for heard in frames(speech)]
     return [part for part in (*steps, method.end(state, speech)) if len(part)]
+
+
+def head_table(angles: Floats, fps: float) -> pd.DataFrame:
+    """Return the table (schema ``head``) of the angles (T, 3) of a head, degrees."""
+    frames = {"frame": np.arange(len(angles)), "time_s": segments.frame_times(len(angles), fps)}
+    return pd.DataFrame({**frames, **dict(zip(ANGLES, angles.T, strict=True))})
 
 
 def motion_table(parts: Sequence[Made], fps: float) -> pd.DataFrame:

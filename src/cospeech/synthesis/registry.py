@@ -16,7 +16,7 @@ from cospeech.synthesis.declaration import ROLES, WRONG_SPEECH, DeclarationError
 
 GROUP = "cospeech.systems"
 HOME = "cospeech"
-OFFERED = frozenset({"motion", "syllables"})
+OFFERED = frozenset({"motion", "syllables", "head", "melody"})
 """What records can bring that systems need, and that other records lack."""
 
 
@@ -46,6 +46,19 @@ class Registered(NamedTuple):
     def apart(self, name: str) -> bool:
         """Return whether a system belongs to another package, and therefore runs in a process of its own."""
         return self.systems[name].decoder in self.origins
+
+    def messages(self) -> list[str]:
+        """Return one line for each system that cannot run, or for several that lack the same."""
+        groups: dict[str, list[str]] = {}
+        for failure in self.left_out:
+            groups.setdefault(failure.message.removeprefix(f"system '{failure.system}' is left out: "), []).append(
+                failure.system
+            )
+        lines = [failure.message for failure in self.failures]
+        for reason, names in groups.items():
+            listed = f"system '{names[0]}' is" if len(names) == 1 else f"systems {', '.join(map(repr, names))} are"
+            lines.append(f"{listed} left out: {reason}")
+        return lines
 
     def failed(self) -> set[str]:
         """Return the names that the systems which could not be loaded, and their matched controls, would have had."""
@@ -130,11 +143,17 @@ def registered(chosen: Mapping[str, Any], virtual: bool, offered: Collection[str
 
 def _lack(system: System, offered: Collection[str]) -> str | None:
     """Return why a system cannot run on records that bring only what is ``offered``, or None."""
+    if system.makes == "head":
+        lacking = sorted({"head", "melody"} - set(offered))
+        brought = {"head": "no head", "melody": "neither sound nor melody"}
+        return f"system '{system.name}' is left out: the records bring {brought[lacking[0]]}" if lacking else None
+    if not {"motion", "gestures"} & set(offered):
+        return f"system '{system.name}' is left out: the records bring a head and no body"
     body = {"motion", "phases", "subunits"} & set(system.needs) or system.makes == "motion"
     if body and "motion" not in offered:
-        return f"system '{system.name}' is left out: it works with motion, and the records bring only gesture phrases"
+        return f"system '{system.name}' is left out: the records bring gesture phrases without motion"
     if "syllables" in system.needs and "syllables" not in offered:
-        return f"system '{system.name}' is left out: it needs syllables, and the records bring no sound"
+        return f"system '{system.name}' is left out: the records bring no sound in which to find syllables"
     return None
 
 

@@ -23,17 +23,20 @@ class Streams:
     Attributes
     ----------
     labels : (T,) prosody labels. prosody : prosody tables of T rows. planted : (T,) planted prosody labels.
-    syllables : syllable tables.
+    syllables : syllable tables. melodies : melody tables of T rows, of a session whose frames are those of 100 Hz.
     """
 
     labels: Mapping[str, Labels]
     prosody: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     planted: Mapping[str, Labels] = field(default_factory=dict)
     syllables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    melodies: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
-    def n_frames(self, record: str) -> int:
-        """Return the length of a record."""
-        return len(self.labels[record] if record in self.labels else self.prosody[record])
+    @property
+    def lengths(self) -> dict[str, int]:
+        """The length of each record in frames."""
+        streams: Mapping[str, Labels | pd.DataFrame] = self.labels or self.prosody or self.melodies
+        return {name: len(stream) for name, stream in streams.items()}
 
 
 def frame_labels(prosody: pd.DataFrame) -> dict[str, Labels]:
@@ -141,8 +144,7 @@ def driving_speeches(
     draws: int = 1,
 ) -> list[Speech]:
     """Return the speech that drives ``record``, once per draw; see ``sources``."""
-    names = streams.labels if streams.labels else streams.prosody
-    lengths = {name: streams.n_frames(name) for name in names}
+    lengths = streams.lengths
     drawn = sources(lengths, record, drive, frame_s, seed, wrong, draws)
     return [
         _speech(streams, source, Speech(record, frame_s, lengths[record], draw=draw), drive)
@@ -156,16 +158,23 @@ def _speech(streams: Streams, source: Source, silent: Speech, drive: Drive) -> S
     if name in streams.labels:
         speech = replace(speech, labels=streams.labels[name][frames])
     if name in streams.prosody:
-        table = streams.prosody[name].iloc[frames].reset_index(drop=True)
-        if drive != "own":  # the rows come from elsewhere, but their times are those of the record
-            table["frame"], table["time_s"] = np.arange(len(table)), segments.frame_times(len(table), 1 / frame_s)
-        speech = replace(speech, prosody=table)
+        speech = replace(speech, prosody=_moved_frames(streams.prosody[name], frames, frame_s, drive))
+    if name in streams.melodies:
+        speech = replace(speech, melody=_moved_frames(streams.melodies[name], frames, frame_s, drive))
     if name in streams.syllables:
         moved = moved_syllables(streams.syllables[name], frames, frame_s)
         speech = replace(speech, syllables=moved.assign(record=speech.record))
     if name in streams.planted:
         speech = replace(speech, planted=streams.planted[name][frames])
     return speech
+
+
+def _moved_frames(table: pd.DataFrame, frames: Integers, frame_s: float, drive: Drive) -> pd.DataFrame:
+    """Return the rows of a table that drive a record, with the times of the record."""
+    moved = table.iloc[frames].reset_index(drop=True)
+    if drive != "own":
+        moved["frame"], moved["time_s"] = np.arange(len(moved)), segments.frame_times(len(moved), 1 / frame_s)
+    return moved
 
 
 def moved_syllables(syllables: pd.DataFrame, frames: Integers, frame_s: float) -> pd.DataFrame:

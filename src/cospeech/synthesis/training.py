@@ -15,6 +15,9 @@ from cospeech.synthesis.speech import Streams, frame_labels
 
 Value = TypeVar("Value")
 
+MELODY_S = 0.01
+"""Frame period of melodies in seconds."""
+
 
 class Actor(NamedTuple):
     """An actor, with the frames and labels that all tables of the actor use.
@@ -87,6 +90,39 @@ def fold(
         planted=_planted(actor, held_out, truth, spoken) if truth else None,
     )
     return known, Streams(labels, prosody or {}, spoken, syllables or {})
+
+
+def head_fold(
+    actor: str, held_out: str | None, melodies: Mapping[str, pd.DataFrame], heads: Mapping[str, pd.DataFrame]
+) -> tuple[Training, Streams]:
+    """Return what systems that move the head may learn from, and the melodies of all records of the actor.
+
+    Parameters
+    ----------
+    actor : name of the actor.
+    held_out : the record to leave out; None for a model of all records.
+    melodies, heads : melody and angles of the head of all records of the actor, in the order of the corpus. The
+        frames of the session are those of the melodies.
+
+    Raises
+    ------
+    UserError : if no record is left to learn from.
+    """
+    learnt = {name: table for name, table in heads.items() if name != held_out}
+    if not learnt:
+        raise UserError(f"record {held_out}: its actor has no other record to learn from; add one")
+    known = Training(
+        actor=actor,
+        frame_s=MELODY_S,
+        labels=(),
+        symbols=(),
+        gestures={},
+        speech={},
+        melodies=_only(learnt, melodies),
+        heads=learnt,
+        order=tuple(heads),
+    )
+    return known, Streams({}, melodies=melodies)
 
 
 def _by_record(table: pd.DataFrame | None) -> dict[str, pd.DataFrame]:

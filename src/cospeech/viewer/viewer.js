@@ -475,9 +475,9 @@ var CospeechViewer = (() => {
     /* Ask for the time of the other clock, which the smallest of some differences tells best. */
     ask() { this.send({ asked: performance.now() }); }
 
-    answer({ asked, clock }) {
+    answer({ asked, now: theirs }) {
       const now = performance.now();
-      this.offsets.push({ trip: now - asked, offset: 1000 * clock - (now + asked) / 2 });
+      this.offsets.push({ trip: now - asked, offset: 1000 * theirs - (now + asked) / 2 });
       if (this.offsets.length < 8) setTimeout(() => this.ask(), 50);
       this.offset = this.offsets.reduce((a, b) => a.trip <= b.trip ? a : b).offset;
     }

@@ -163,8 +163,11 @@ def check_systems(config: Config, systems: Mapping[str, Any], failed: Collection
     failed : names of systems that could not be loaded. They can be named, and are left out.
     """
     animation, shown = config["animation"], config["animation"]["video"]["shown"]
-    if not any(system.role == "system" for system in systems.values()):
+    whole = [system for system in systems.values() if system.makes != "head"]
+    if not any(system.role == "system" for system in whole or systems.values()):
         raise UserError("config: synthesis.systems chooses no system that listens to speech; name at least one")
+    if not whole:
+        return  # there are heads alone, and no video of a body
     for name in animation["systems"]:
         if name not in systems and name not in failed:
             raise UserError(f"config: animation.systems: '{name}' is not among the systems of this run")

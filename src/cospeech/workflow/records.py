@@ -13,7 +13,7 @@ from cospeech.data.vocabulary import SCENARIOS
 from cospeech.errors import MissingFileError, UserError
 from cospeech.formats import delimited
 from cospeech.workflow import paths
-from cospeech.workflow.config import Config
+from cospeech.workflow.config import Config, actor_worlds
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 """What records and actors may be called, as a regular expression; data_schema/config.yaml says the same."""
@@ -90,6 +90,12 @@ def brings(listed: dict[str, Record]) -> frozenset[str]:
     return first
 
 
+def offers(brought: frozenset[str]) -> frozenset[str]:
+    """Return what systems can need of records, from what these bring: more is found in sound and in motion."""
+    found = {"audio": {"syllables", "melody"}, "motion": {"head"}}
+    return brought.union(*(found[kind] for kind in brought & found.keys()))
+
+
 def _kinds(name: str, record: Record) -> frozenset[str]:
     """Return what one record brings."""
     body = "motion" if record["motion"] or record["views"] else "gestures" if record["gestures"] else None
@@ -145,6 +151,18 @@ def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
     return {"views": raw} if film else {"motion": f"{raw}.bvh"}
 
 
+def _studio_features(studio: Config) -> tuple[str, ...]:
+    """Return what a record of the studio brings without sound: a body, and a head if all actors have head gestures.
+
+    Where these are all that depends on speech, and nobody asks for motion, there is only the head.
+    """
+    worlds = actor_worlds(studio).values()
+    head = ("head", "melody") if all(own.world == "patterns" or own.head is not None for own in worlds) else ()
+    if not studio["motion"] and all(own.world == "patterns" for own in worlds):
+        return head
+    return ("motion" if studio["motion"] else "gestures", "prosody", "syllables", *head)
+
+
 def _studio_records(config: Config, results: str) -> list[Record]:
     listed = []
     for actor in config["studio"]["actors"]:
@@ -162,8 +180,7 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
-                kinds = ("motion" if config["studio"]["motion"] else "gestures", "prosody", "syllables")
-                record |= {kind: f"{raw}.{kind}.parquet" for kind in kinds}
+                record |= {kind: f"{raw}.{kind}.parquet" for kind in _studio_features(config["studio"])}
             listed.append(record)
     return listed
 
@@ -260,8 +277,8 @@ def _check_head(record: Record) -> None:
         raise UserError(f"config: record '{name}' has both head and {films[0]}; leave one of them out")
     if films == ["film_right"]:
         raise UserError(f"config: record '{name}' has film_right without film_left; a single film is film_left")
-    if films and not record["film_cameras"]:
+    if len(films) > 1 and not record["film_cameras"]:
         raise UserError(
-            f"config: record '{name}': the cameras of its {'films' if len(films) > 1 else 'film'} must be known; "
-            "name a camera file (TOML of Pose2Sim or caliscope) in film_cameras"
+            f"config: record '{name}': the cameras of its two films must be known; name a camera file (TOML of "
+            "Pose2Sim or caliscope) in film_cameras"
         )

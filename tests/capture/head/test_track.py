@@ -201,21 +201,22 @@ def test_films_and_their_calibration_are_matched_by_name(tmp_path):
     for number, camera in enumerate(SCENE.cameras):
         pictures.write(tmp_path / f"{camera.name}.mkv", [np.stack(view[number]) for view in views], fps=30)
     (tmp_path / "rig.toml").write_text(camera_toml.toml(SCENE.cameras), encoding="utf-8")
-    paths = [str(tmp_path / f"{name}.mkv") for name in ("right", "left")]
-    known = films.cameras_of_file(str(tmp_path / "rig.toml"), paths)
+    rig, paths = str(tmp_path / "rig.toml"), [str(tmp_path / f"{name}.mkv") for name in ("right", "left")]
+    known = films.cameras(paths, rig, None)
     assert [camera.name for camera in known] == ["right", "left"]
     found = track(films.probed(paths), known, SETTINGS, 0, "ada_1")
     assert np.abs(found.table[["x_deg", "y_deg", "z_deg"]].to_numpy()).max() < 1.0
-    alone = films.camera_of_focal_length(paths[1], 448.0)
-    mono = track(films.probed(paths[1:]), [alone], SETTINGS, 0, "ada_1")
+    mono = track(films.probed(paths[1:]), films.cameras(paths[1:], None, 448.0), SETTINGS, 0, "ada_1")
     assert set(mono.table["depth"]) == {"ellipsoid"}
-    (tmp_path / "other.mkv").write_bytes((tmp_path / "left.mkv").read_bytes())
-    with pytest.raises(UserError, match="no camera called 'other'"):
-        films.cameras_of_file(str(tmp_path / "rig.toml"), [paths[0], str(tmp_path / "other.mkv")])
+    assert [camera.name for camera in films.cameras(["one.mkv", "two.mkv"], rig, None)] == ["left", "right"]
+    with pytest.raises(UserError, match="2 cameras for 1 film; name each film after its camera"):
+        films.cameras(["one.mkv"], rig, None)
+    with pytest.raises(UserError, match="stereo pair need a calibration"):
+        films.cameras(paths, None, 448.0)
     with pytest.raises(UserError, match=r"declare capture\.head\.focal_px"):
-        films.camera_of_focal_length(paths[0], None)
+        films.cameras(paths[:1], None, None)
     with pytest.raises(UserError, match="35 is impossible for images 320 pixels wide"):
-        films.camera_of_focal_length(paths[0], 35.0)
+        films.cameras(paths[:1], None, 35.0)
     with pytest.raises(UserError, match="3 films of a head"):
         films.probed([*paths, paths[0]])
 

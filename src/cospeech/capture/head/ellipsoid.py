@@ -15,8 +15,9 @@ from cospeech.capture.head.optics import Optics
 from cospeech.capture.head.skin import Ellipse
 from cospeech.data.arrays import Floats
 
-PROPORTIONS = np.array([1.0, 1.5, 1.25])
-"""Half axes of the ellipsoid relative to half the width of the head: across, upward, forward."""
+PROPORTIONS = np.array([1.0, 2.1, 1.25])
+"""Half axes of the ellipsoid relative to half the width of the head: across, upward, forward. From the forehead to
+the chin, a face is less curved than a head as a whole, which is 1.5 times as tall as wide."""
 
 ABOVE_BOX = 0.14
 """How far the middle of the ellipsoid lies above that of a detected face, in widths of the face."""

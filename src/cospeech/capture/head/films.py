@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
+from cospeech.capture.head import optics
 from cospeech.capture.tracking import footage
 from cospeech.capture.tracking.footage import Film
 from cospeech.errors import UserError
 from cospeech.formats import camera_toml
-from cospeech.geometry import camera as cameras
 from cospeech.geometry.camera import Camera
 
 LEAST_FOCAL, MOST_FOCAL = 0.3, 20.0
@@ -30,30 +28,37 @@ def probed(paths: Sequence[str]) -> list[Film]:
     return [footage.probe(path) for path in paths]
 
 
-def cameras_of_file(path: str, films: Sequence[str]) -> list[Camera]:
-    """Return the cameras of films, in their order, from a TOML file of Pose2Sim or caliscope.
+def cameras(films: Sequence[str], calibration: str | None, focal_px: float | None) -> list[Camera]:
+    """Return the cameras of the films of a head, in the order of the films.
 
-    Each film has the name of its camera; a single film may have any name if there is one camera.
+    Cameras belong to the films that are named after them. The two films of a pair may have other names, the left one
+    first: then they belong to the left and the right camera, seen from behind them.
+
+    Parameters
+    ----------
+    films : the film of a single camera, or those of a pair.
+    calibration : camera file, TOML of Pose2Sim or caliscope. None for a single film of which ``focal_px`` is known.
+    focal_px : focal length in pixels of a single film without a calibration.
+
+    Raises
+    ------
+    UserError : if the cameras do not match the films, or nothing is known of them.
     """
-    return _matched(camera_toml.read(path), films, path)
-
-
-def cameras_of_table(table: pd.DataFrame, films: Sequence[str]) -> list[Camera]:
-    """Return the cameras of films, in their order, from a table ``cameras``."""
-    return _matched(cameras.from_table(table), films, "calibration")
-
-
-def _matched(known: Sequence[Camera], films: Sequence[str], where: str) -> list[Camera]:
-    if len(known) == len(films) == 1:
-        return list(known)
+    if calibration is None:
+        if len(films) > 1:
+            raise UserError(f"{films[0]}: the films of a stereo pair need a calibration; name a camera file")
+        return [camera_of_focal_length(films[0], focal_px)]
+    known = camera_toml.read(calibration)
     by_name = {one.name: one for one in known}
-    for film in films:
-        if Path(film).stem not in by_name:
-            raise UserError(
-                f"{where}: no camera called '{Path(film).stem}' for the film {film}; cameras are "
-                f"{', '.join(by_name)}; name each film after its camera"
-            )
-    return [by_name[Path(film).stem] for film in films]
+    if all(Path(film).stem in by_name for film in films):
+        return [by_name[Path(film).stem] for film in films]
+    if len(known) != len(films):
+        raise UserError(
+            f"{calibration}: {len(known)} cameras for {len(films)} film{'s' * (len(films) > 1)}; name each film "
+            f"after its camera ({', '.join(by_name)})"
+        )
+    left = optics.rectified(known)[1] if len(known) == 2 else 0
+    return [known[left], *known[:left], *known[left + 1 :]]
 
 
 def camera_of_focal_length(film: str, focal_px: float | None) -> Camera:

@@ -98,6 +98,11 @@ def track_images(
     return Tracked(table, _notes(table, tracker.losses, where))
 
 
+def lost(n_frames: int, fps: float) -> pd.DataFrame:
+    """Return the table of a film of ``n_frames`` frames in which nothing could be measured."""
+    return pose_table([MISSING] * n_frames, np.zeros(3), fps, Smoothing.NONE, 0.0)
+
+
 def method(settings: dict[str, Any]) -> Method:
     """Return the choices of the section ``capture.head`` that concern single frames."""
     return Method(

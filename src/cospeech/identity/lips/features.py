@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
+import av
 import cv2
 import numpy as np
 import pandas as pd
@@ -25,6 +27,15 @@ FACE_PX = 170.0
 """Width of a face whose lips fill the region."""
 MOST_LOST = 0.5
 """Share of the frames in which the alignment may fail."""
+ROUNDING_S = 0.002
+"""Largest deviation of times that are evenly spaced, as containers round them to milliseconds."""
+
+
+class Shot(NamedTuple):
+    """A frame: the time of its centre in seconds, and its luminance (H, W)."""
+
+    time_s: float
+    picture: Plane
 
 
 def measure(clip: str, film: str | Path, fps: float, centre: tuple[float, float] | None = None) -> pd.DataFrame:
@@ -43,28 +54,52 @@ def measure(clip: str, film: str | Path, fps: float, centre: tuple[float, float]
         If the film cannot be read or has no frames, if there is no mouth in the first frame, if the lip region leaves
         the picture, or if the face is lost in most frames.
     """
-    pictures = luminance(film)
-    first = next(pictures, None)
+    shown = shots(film, fps)
+    first = next(shown, None)
     if first is None:
         raise UserError(f"{film}: has no frames; copy it again")
-    face = mouth.find(first, str(film)) if centre is None else mouth.stated(*centre)
-    features, statuses = follow(chain([first], pictures), face, str(film))
+    face = mouth.find(first.picture, str(film)) if centre is None else mouth.stated(*centre)
+    times_s: list[float] = []
+
+    def pictures() -> Iterator[Plane]:
+        for shot in chain([first], shown):
+            times_s.append(shot.time_s)
+            yield shot.picture
+
+    features, statuses = follow(pictures(), face, str(film))
     table = pd.DataFrame(features, columns=COLUMNS)
     table.insert(0, "clip", clip)
     table.insert(1, "frame", np.arange(len(features)))
-    table.insert(2, "time_s", frame_times(len(features), fps))
+    table.insert(2, "time_s", evened(np.array(times_s), fps))
     return table.assign(status=statuses)
 
 
-def luminance(film: str | Path) -> Iterator[Plane]:
-    """Yield the luminance (H, W) of the frames of a film.
+def shots(film: str | Path, fps: float) -> Iterator[Shot]:
+    """Yield the frames of a film, upright, at the times from the start of its sound, or of the film if it has none.
 
     Raises
     ------
     UserError : if the film cannot be read.
     """
-    for picture in films.pictures(film):
-        yield np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+    try:
+        with films.opened(film) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "NONE"
+            heard = container.streams.audio[0] if container.streams.audio else stream
+            start_s = float((heard.start_time or 0) * (heard.time_base or 0))
+            for number, frame in enumerate(container.decode(stream)):
+                begins_s = number / fps if frame.time is None else frame.time - start_s
+                picture = np.asarray(frame.to_ndarray(format="gray"), dtype=np.uint8)
+                yield Shot(begins_s + 0.5 / fps, np.rot90(picture, frame.rotation // 90 % 4))
+    except (av.FFmpegError, IndexError) as error:
+        reason = " ".join(str(error).split())[:80]
+        raise UserError(f"{film}: cannot be read as a film ({reason}); convert it to mp4") from error
+
+
+def evened(times_s: Floats, fps: float) -> Floats:
+    """Return the times (T,) of frames without the rounding of their container, if they are evenly spaced."""
+    even_s = frame_times(len(times_s), fps)
+    return even_s if np.abs(times_s - even_s).max() <= ROUNDING_S else np.maximum(times_s, 0.0)
 
 
 def follow(pictures: Iterator[Plane], face: Face, where: str) -> tuple[Floats, list[str]]:

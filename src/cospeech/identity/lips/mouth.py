@@ -18,11 +18,13 @@ SCALES = (1.0, 0.95, 0.91, 0.87)
 """Scales of the picture at which faces are looked for: the detector knows sizes in steps of 1.2 only."""
 MOUTH_BELOW_TOP = 0.73
 """Usual place of the mouth in the box of the detector, in heights of the box."""
-SEARCHED = 0.07
+SEARCHED = 0.1
 """How far from there the mouth may well be, in heights of the box."""
 MOUTH_HALF_WIDTH = 0.15
 """Half the width of the columns in which it is looked for, in widths of the box."""
-BLUR = 0.025
+SMOOTH = 0.012
+"""Standard deviation of the blur before halves of a face are compared, in widths of the box."""
+BLUR = 0.008
 """Standard deviation of the blur of the rows, in heights of the box."""
 ASIDE = 0.06
 """How far to the left or right of the middle of the box the mouth is looked for, in widths of the box."""
@@ -122,7 +124,7 @@ def _axis_of_symmetry(picture: Plane, middle_x: float, mouth_y: float, size: flo
     reach, most = round(SYMMETRIC_WIDTH * size), round(ASIDE * size)
     columns = [round(2 * middle_x) / 2 + half / 2 for half in range(-2 * most, 2 * most + 1)]
     inside = [x for x in columns if x - reach >= 0 and x + reach < picture.shape[1]]
-    rows = cv2.GaussianBlur(picture[first:last].astype(np.float32), (0, 0), max(0.5, BLUR * size / 2))
+    rows = cv2.GaussianBlur(picture[first:last].astype(np.float32), (0, 0), max(0.5, SMOOTH * size))
 
     def symmetry(x: float) -> float:
         strip = rows[:, int(np.ceil(x - reach)) : int(np.floor(x + reach)) + 1]

@@ -23,6 +23,7 @@ SECTIONS = (
     Section("thesis", "The experiments of the thesis", "Thesis"),
     Section("controller", "The experiments on gesture controllers", "Gesture controllers"),
     Section("body_language", "The experiments on body language", "Body language"),
+    Section("head", "Head gestures", "Head gestures"),
     Section("corpus", "The corpus", "Corpus"),
     Section("planted", "What was planted", "Planted"),
     Section("synchronisation", "Voice and lips", "Voice and lips"),
@@ -34,6 +35,7 @@ SECTIONS = (
 )
 
 CONDITIONS = (
+    Condition("phrases", "the systems of this run move nothing but heads"),
     Condition("motion", "the corpus has gesture labels but no motion", also="videos"),
     Condition("sweep", "the configuration sweeps over no setting"),
     Condition("two_actors", "there is only one actor"),
@@ -43,6 +45,10 @@ CONDITIONS = (
     Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition("worlds", "there are no actors who live in different worlds"),
+    Condition("heads", "the configuration chooses no system that moves the head, or the records lack head or melody"),
+    Condition("head_curves", "the systems of heads report neither curves nor stages of generation"),
+    Condition("filmed_heads", "no virtual head was filmed"),
+    Condition("planted_heads", "no head gestures were planted"),
     Condition(
         "virtual", "real people were recorded, so nothing was planted", also="the ceilings that know what was planted"
     ),
@@ -53,6 +59,8 @@ IDENTITY_CONDITIONS = (Condition("populations", "the configuration asks for no f
 CONTROLLER = "synthesis/controller_offline/main"
 
 BODY_LANGUAGE = "synthesis/bodylanguage/main/{first_record}"
+
+FIRST_HEAD = "synthesis/{first_head.name}/{first_head.variant}/{first_record}"
 
 SOURCES = {
     "records": Source("corpus/records.parquet", "records"),
@@ -92,6 +100,18 @@ SOURCES = {
     "observation_occurrences": Source(f"{BODY_LANGUAGE}/occurrences.parquet", "observation_occurrences"),
     "subunit_selections": Source(f"{BODY_LANGUAGE}/selections.parquet", "subunit_selections"),
     "elapsed_errors": Source(f"{BODY_LANGUAGE}/elapsed.parquet", "elapsed_errors"),
+    "record_head": Source("head/{first_record}.parquet", "head"),
+    "record_heads": Source("synthesis/{shown_head.name}/{shown_head.variant}/{first_record}/head.parquet", "head"),
+    "head_sessions": Source("evaluation/head_sessions.parquet", "head_sessions"),
+    "head_patterns": Source(f"{FIRST_HEAD}/head_patterns.parquet", "hmm_model"),
+    "melody_patterns": Source(f"{FIRST_HEAD}/melody_patterns.parquet", "hmm_model"),
+    "head_curves": Source(f"{FIRST_HEAD}/curves.parquet", "head_curves"),
+    "head_generation": Source(f"{FIRST_HEAD}/generation.parquet", "head_generation"),
+    "pattern_poses": Source("animation/head_patterns.png"),
+    "head_strip": Source("animation/{first_record}/heads.png"),
+    "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
+    "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
+    "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
     "stills_picture": Source("animation/stills.png"),
@@ -114,7 +134,8 @@ SOURCES = {
 
 Placeholders: ``record``, ``first_record`` (the one that is shown from speech to gesture), ``captured`` (records whose
 joint angles come from films or markers), ``pictured``, ``in_timeline`` and ``third_party`` (systems, see ``Run``),
-and ``setting`` (the main setting of the prosody clusters, as a path).
+``first_head`` and ``shown_head`` (the system whose patterns are shown, and those whose heads are), and ``setting``
+(the main setting of the prosody clusters, as a path).
 """
 
 LABELS = "phrases.gesture.labels"
@@ -126,12 +147,13 @@ EXHIBITS = (
         sources={"prosody": "record_prosody", "clusters": "record_clusters", "actual": "record_actual",
                  "synthesised": "record_synthesised"},
         settings={"labels": LABELS, "voiced_gain": "speech.voiced_gain"},
+        needs=("phrases",),
     ),
     Exhibit(
         "table-capture", "capture", "capture:accuracy", figure=False,
         sources={"scores": "capture_scores", "effect": "film_effect"},
         settings={"width_px": "studio.camera_width_px", "method": "capture.track.method", "bins_s": BINS_S},
-        needs=("filmed", "virtual"), show="capture:accuracy_table",
+        needs=("phrases", "filmed", "virtual"), show="capture:accuracy_table",
     ),
     Exhibit(
         "fig-rig", "capture", "pictures:draw", numbers=False,
@@ -157,15 +179,17 @@ EXHIBITS = (
         "leaderboard", "scores", "leaderboard:draw",
         sources={"scores": "session_scores"},
         show="leaderboard:boards", template="leaderboard.html.jinja",
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-differences", "scores", "differences:draw",
         sources={"differences": "differences"}, settings={"bins_s": BINS_S},
+        needs=("phrases",),
     ),
     Exhibit(
         "worlds", "every_world", "worlds:draw",
         sources={"differences": "differences", "scores": "record_scores"}, settings={"studio": "studio"},
-        needs=("worlds",), show="worlds:table",
+        needs=("phrases", "worlds"), show="worlds:table",
     ),
     Exhibit(
         "table-transplant",
@@ -190,16 +214,18 @@ EXHIBITS = (
         "fig-7.3", "thesis", "phrases:durations_of_first_actor", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"},
         settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-7.4", "thesis", "phrases:durations_of_second_actor", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"},
         settings={"labels": LABELS, "bins_s": BINS_S, "max_duration_s": "synthesis.max_duration_s"},
-        needs=("two_actors",),
+        needs=("phrases", "two_actors"),
     ),
     Exhibit(
         "fig-7.5", "thesis", "phrases:frequencies", document=OZKUL_2012,
         sources={"actual": "actual", "synthesised": "synthesised"}, settings={"labels": LABELS},
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-6.3", "thesis", "motion:smoothing", document=OZKUL_2012,
@@ -257,6 +283,74 @@ EXHIBITS = (
         sources={"picture": "strip_picture"}, needs=("bodylanguage_random",),
     ),
     Exhibit(
+        "head-table-4.1", "head", "head_scores:board", document=SARGIN_2006,
+        sources={"sessions": "head_sessions"}, needs=("heads",),
+        show="head_scores:table", template="heads.html.jinja",
+        published="head-table-4.1", compare="head_scores:compare",
+    ),
+    Exhibit(
+        "fig-head-differences", "head", "head_scores:differences",
+        sources={"sessions": "head_sessions"}, needs=("heads",),
+    ),
+    Exhibit(
+        "fig-head-lag", "head", "head_scores:lags",
+        sources={"sessions": "head_sessions"}, needs=("heads",),
+    ),
+    Exhibit(
+        "head-fig-4.5", "head", "head_curves:generation", document=SARGIN_2006,
+        sources={"stages": "head_generation"}, needs=("heads", "head_curves"),
+    ),
+    Exhibit(
+        "head-fig-4.6", "head", "head_curves:heads", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.6", compare="head_curves:compare",
+    ),
+    Exhibit(
+        "head-fig-4.7", "head", "head_patterns:gestures", document=SARGIN_2006,
+        sources={"patterns": "head_patterns"}, needs=("heads",),
+        show="head_patterns:gesture_table",
+        published="head-fig-4.6", compare="head_patterns:compare_gestures",
+    ),
+    Exhibit(
+        "fig-head-poses", "head", "pictures:draw", numbers=False,
+        sources={"picture": "pattern_poses"}, needs=("heads",),
+    ),
+    Exhibit(
+        "head-fig-4.8", "head", "head_curves:melodies", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.8", compare="head_curves:compare",
+    ),
+    Exhibit(
+        "head-fig-4.9", "head", "head_patterns:melodies", document=SARGIN_2006,
+        sources={"patterns": "melody_patterns"}, needs=("heads",),
+        published="head-fig-4.8", compare="head_patterns:compare_melodies",
+    ),
+    Exhibit(
+        "head-fig-4.10", "head", "head_curves:joints", document=SARGIN_2006,
+        sources={"curves": "head_curves"}, needs=("heads", "head_curves"),
+        published="head-fig-4.10", compare="head_curves:compare",
+    ),
+    Exhibit(
+        "fig-head-timeline", "head", "head:timeline",
+        sources={"original": "record_head", "made": "record_heads"}, needs=("heads",),
+    ),
+    Exhibit(
+        "fig-head-strip", "head", "pictures:draw", numbers=False,
+        sources={"picture": "head_strip"}, needs=("heads",),
+    ),
+    Exhibit(
+        "table-head-capture", "head", "head:captured", figure=False,
+        sources={"errors": "head_capture"}, needs=("filmed_heads",), show="head:captured_table",
+    ),
+    Exhibit(
+        "table-head-accuracy", "head", "head:accuracy", figure=False,
+        sources={"errors": "head_accuracy"}, needs=("filmed_heads",), show="head:accuracy_table",
+    ),
+    Exhibit(
+        "fig-head-recovery", "head", "head:recovered",
+        sources={"recovery": "head_recovery"}, needs=("heads", "planted_heads"), show="head:recovery_table",
+    ),
+    Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,
         sources={"records": "records"}, show="corpus:scenario_table",
         published="table-3-scenarios", compare="corpus:compare_size",
@@ -265,6 +359,7 @@ EXHIBITS = (
         "table-4.1", "corpus", "corpus:gesture_classes", document=OZKUL_2012, figure=False,
         sources={"phrases": "actual"}, settings={"labels": LABELS}, show="corpus:class_table",
         published="table-4.1", compare="corpus:compare_classes",
+        needs=("phrases",),
     ),
     Exhibit(
         "fig-4.3", "corpus", "pictures:stills", document=OZKUL_2012,
@@ -272,7 +367,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "fig-recovery", "planted", "recovery:draw",
-        sources={"recovery": "recovery"}, needs=("virtual",), show="recovery:summary_table",
+        sources={"recovery": "recovery"}, needs=("phrases", "virtual"), show="recovery:summary_table",
     ),
 )  # fmt: skip
 

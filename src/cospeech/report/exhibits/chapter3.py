@@ -116,7 +116,7 @@ def accents(run: Run, scores: pd.DataFrame) -> Drawing:
             places = np.arange(len(methods)) + 0.22 * (step - 0.5)
             _intervals(axis, rows, places, colour, f"{number} accents")
         axis.scatter([published[name] for name in methods], np.arange(len(methods)) + 0.3, marker="D", s=18,
-                     color=style.FAINT, label="published (122 accents)", zorder=3)  # fmt: skip
+                     color=style.FAINT, label=f"published ({facts['accents']} accents)", zorder=3)  # fmt: skip
         axis.set_title(title)
         axis.set_yticks(range(len(methods)), [f"[{name}]" for name in methods])
         axis.set_ylim(len(methods) - 0.4, -0.6)
@@ -221,7 +221,7 @@ def gestures(_: Run, scores: pd.DataFrame) -> Drawing:
     right.set_xticks(sorted(own.loc[own["task"] == "head", "setting"].unique()))
     right.set_title("(b) head gestures")
     right.set_xlabel("states per model")
-    right.set_ylim(top=1.02)
+    right.set_ylim(0.5, 1.02)
     right.grid(axis="y")
     right.legend(loc="lower right")
     return Drawing(own, figure)
@@ -279,10 +279,10 @@ def co_occurrence(_: Run, measures: pd.DataFrame, pairs: pd.DataFrame) -> Drawin
     left, middle, right = axes[0]
     overlap = measures[measures["measure"] == "overlap"].reset_index(drop=True)
     _intervals(left, overlap, overlap.index - 0.1, style.BLUE, "actual")
-    shifted = overlap.drop(columns=["value", "low", "high"]).rename(
-        columns={"shifted": "value", "shifted_low": "low", "shifted_high": "high"}
+    chance = overlap.drop(columns=["value", "low", "high"]).rename(
+        columns={"chance": "value", "chance_low": "low", "chance_high": "high"}
     )
-    _intervals(left, shifted, overlap.index + 0.1, style.FAINT, "shifted gestures")
+    _intervals(left, chance, overlap.index + 0.1, style.FAINT, "at other times")
     left.set_yticks(overlap.index, [SPEECH[name].replace(" and ", "\nand ") for name in overlap["speech"]])
     left.set_ylim(len(overlap) - 0.5, -0.5)
     left.set_xlim(0.0, 1.0)
@@ -290,15 +290,15 @@ def co_occurrence(_: Run, measures: pd.DataFrame, pairs: pd.DataFrame) -> Drawin
     left.grid(axis="x")
     style.ticks_off(left, "y")
     head = pairs[pairs["speech"] == "accents"]
-    for is_shifted, colour, label in ((True, style.FAINT, "shifted"), (False, style.BLUE, "actual")):
-        own = head[head["shifted"] == is_shifted]
+    for by_chance, colour, label in ((True, style.FAINT, "at other times"), (False, style.BLUE, "actual")):
+        own = head[head["by_chance"] == by_chance]
         onset = own["gesture_start_s"] - own["event_start_s"]
         right.hist(onset, bins=np.arange(-1.2, 0.61, 0.1), color=colour, alpha=0.6, density=True, label=label)
-        if is_shifted:
+        if by_chance:
             middle.scatter(own["event_start_s"] / 60.0, own["gesture_start_s"] / 60.0, s=7, color=colour)
-    r = measured(measures, "accents", "start_r")["shifted"]
-    middle.set_title("(b) accents and shifted head gestures")
-    middle.text(0.04, 0.95, f"r = {r:.5f}", transform=middle.transAxes, va="top")
+    r = measured(measures, "accents", "start_r")["chance"]
+    middle.set_title("(b) gestures at other times")
+    middle.text(0.04, 0.95, f"r = {r:.7f}", transform=middle.transAxes, va="top")
     middle.set_xlabel("start of the accent, min")
     middle.set_ylabel("start of the gesture, min")
     right.set_title("(c) onsets of head gestures")
@@ -321,18 +321,18 @@ MEASURES = {
 
 
 def co_occurrence_table(_: Run, numbers: pd.DataFrame) -> Table:
-    """Return the measures of co-occurrence and those of shifted gestures for the page."""
+    """Return the measures of co-occurrence and those of gestures at other times for the page."""
     rows = []
     for _index, row in numbers.iterrows():
-        digits = 5 if str(row["measure"]).endswith("_r") else 3
-        actual, shifted, low, high = (
+        digits = 7 if str(row["measure"]).endswith("_r") else 3
+        actual, chance, low, high = (
             "–" if pd.isna(row[name]) else f"{row[name]:.{digits}f}".replace("-", "−")
-            for name in ("value", "shifted", "shifted_low", "shifted_high")
+            for name in ("value", "chance", "chance_low", "chance_high")
         )
         rows.append(
-            [SPEECH[row["speech"]], MEASURES[row["measure"]], str(row["number"]), actual, shifted, f"{low} to {high}"]
+            [SPEECH[row["speech"]], MEASURES[row["measure"]], str(row["number"]), actual, chance, f"{low} to {high}"]
         )
-    return Table.of(["", "measure", "n", "actual", "shifted gestures", "95 % of the shifts"], rows, words=(1,))
+    return Table.of(["", "measure", "n", "actual", "gestures at other times", "95 % of them"], rows, words=(1,))
 
 
 def compare_co_occurrence(_: Run, numbers: pd.DataFrame, facts: Facts) -> list[Pair]:
@@ -343,16 +343,16 @@ def compare_co_occurrence(_: Run, numbers: pd.DataFrame, facts: Facts) -> list[P
         Pair(
             "accents that overlap a head gesture",
             _published(*facts["overlapping"]),
-            f"{overlap['value']:.3f}, {interval(overlap)}; shifted {overlap['shifted']:.3f}",
+            f"{overlap['value']:.3f}, {interval(overlap)}; by chance {overlap['chance']:.3f}",
         ),
         Pair(
             "hand gestures that overlap a keyword",
             _published(*facts["keywords"]),
-            f"{hands['value']:.3f}, {interval(hands)}; shifted {hands['shifted']:.3f}",
+            f"{hands['value']:.3f}, {interval(hands)}; by chance {hands['chance']:.3f}",
         ),
         Pair(
             "correlation of their times, r",
             f"{facts['pearson_r']:.3f}",
-            f"{r['value']:.5f}; shifted {r['shifted']:.5f}",
+            f"{r['value']:.7f}; by chance {r['chance']:.7f}",
         ),
     ]

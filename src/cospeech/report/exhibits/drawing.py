@@ -46,7 +46,12 @@ def read(work: Job, name: str, run: Run) -> Any:
     source, paths = SOURCES[name], list(work.params["sources"][name])
     if source.schema is None:
         return pictures.checked(Path(paths[0]).read_bytes(), paths[0])
-    groups = {"pictured": run.pictured, "in_timeline": run.in_timeline, "third_party": run.third_party}
+    groups = {
+        "pictured": run.pictured,
+        "in_timeline": run.in_timeline,
+        "third_party": run.third_party,
+        "shown_head": run.shown_heads,
+    }
     systems = groups.get(next(iter(source.placeholders), ""), [])
     if not systems:
         return work.read(paths, source.schema)

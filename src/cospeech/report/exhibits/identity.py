@@ -20,7 +20,7 @@ CONDITIONS = {
     "paired": "lips that belong to the voice",
     "another speaker": "another speaker, same name",
     "another name": "same speaker, another name",
-    "shuffled": "lips shuffled in time",
+    "scrambled": "lips scrambled in time",
     "noise": "noise with the lips' spectrum",
     "whitened": "whitening alone",
     "audio alone": "audio alone, as many parameters",

@@ -131,7 +131,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     pooled = board[board["actor"] == "all"]
     heads = shown_columns(pooled)
     shown = lines(pooled, systems)
-    places = _places(shown)
+    places = line_places(shown)
     drawn, axes = style.figure(1.1 + 0.225 * (places[-1] + 1), 1, len(heads), sharey=True)
     for panel, (measure, bin_s) in zip(axes[0], heads, strict=True):
         _column(panel, cells(pooled, measure, bin_s), shown, places)
@@ -160,7 +160,7 @@ def figure(board: pd.DataFrame, systems: Systems) -> Figure:
     return drawn
 
 
-def _places(shown: list[Line]) -> list[float]:
+def line_places(shown: list[Line]) -> list[float]:
     """Return the height of each line: indented ones close to their system, some room before another group."""
     places = [0.0]
     for before, line in pairwise(shown):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,6 +30,8 @@ class Run:
     in_timeline : names of the systems that are shown for a single record.
     main : clusters and states of the main setting of the prosody clusters.
     published : the published facts, by exhibit or subject.
+    heads : the systems that move the head alone, in the order of every table.
+    shown_heads : names of those whose heads figures show.
     """
 
     systems: Systems
@@ -38,6 +40,8 @@ class Run:
     in_timeline: list[str]
     main: dict[str, int]
     published: dict[str, Facts]
+    heads: Systems = field(default_factory=dict)
+    shown_heads: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, params: Mapping[str, Any], published: str) -> Run:
@@ -49,6 +53,8 @@ class Run:
             in_timeline=params["in_timeline"],
             main=params["main"],
             published=yaml.safe_load(Path(published).read_text(encoding="utf-8")),
+            heads=systems.from_params(params["heads"]),
+            shown_heads=params["shown_heads"],
         )
 
     @property

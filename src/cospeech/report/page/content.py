@@ -9,9 +9,12 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import findings, headline
+from cospeech.report.page.findings import Finding, findings, headline
+from cospeech.report.page.head_findings import head_findings
 from cospeech.report.page.sections import Shown
+from cospeech.report.page.tables import Table
 from cospeech.report.scores import at_main
+from cospeech.report.systems import Systems
 
 Config = dict[str, Any]
 
@@ -56,32 +59,53 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
     ----------
     run : the run.
     config : its configuration.
-    tables : sources by name: records, annotations, session_scores, differences; and motion_statistics, cameras and
+    tables : sources by name: records; and annotations, session_scores, differences, motion_statistics, cameras and
         decoding where the run has them.
     shown : the exhibits.
     """
-    numbers = {one.exhibit.name: one.numbers for one in shown}
-    compared = at_main(tables["session_scores"], run.systems), tables["differences"], run.systems
-    level = config["evaluation"]["bootstrap"]["level"]
-    found = findings(
-        *compared,
-        best_published_s=run.published["fig-7.2a"]["best_S"],
-        level=level,
-        recovery=numbers.get("fig-recovery"),
-        motion=numbers.get("fig-motion"),
-        capture=numbers.get("table-capture"),
-        worlds=numbers.get("worlds"),
-    )
     return {
         "run": run,
         "lead": LEAD,
         "document": DOCUMENT,
         "config": config,
-        "banner": provenance.banner(config, tables["records"], tables["annotations"], tables.get("cameras")),
-        "headline": headline(*compared, level),
-        "findings": found,
+        "banner": provenance.banner(config, tables["records"], tables.get("annotations"), tables.get("cameras")),
+        "findings": _findings(run, config, tables, {one.exhibit.name: one.numbers for one in shown}),
+        "headline": _headline(run, config, tables),
         "parts": sections.parts(shown),
         "notes": notes.grouped(tables["records"]),
-        "facts": provenance.facts(config, tables["records"], tables.get("motion_statistics")),
+        "facts": provenance.facts(
+            config, tables["records"], tables.get("motion_statistics"), bool(run.systems), bool(run.heads)
+        ),
         "links": {one.exhibit.name: one.exhibit.files for one in shown},
     }
+
+
+def _compared(run: Run, tables: Mapping[str, pd.DataFrame]) -> tuple[pd.DataFrame, pd.DataFrame, Systems]:
+    """Return scores at the main setting, differences, and systems of phrases and motion."""
+    return at_main(tables["session_scores"], run.systems), tables["differences"], run.systems
+
+
+def _headline(run: Run, config: Config, tables: Mapping[str, pd.DataFrame]) -> Table | None:
+    level = config["evaluation"]["bootstrap"]["level"]
+    return headline(*_compared(run, tables), level) if run.systems else None
+
+
+def _findings(
+    run: Run, config: Config, tables: Mapping[str, pd.DataFrame], numbers: Mapping[str, pd.DataFrame | None]
+) -> list[Finding]:
+    """Return what the run found about gesture phrases and about heads, as far as it has them."""
+    level = config["evaluation"]["bootstrap"]["level"]
+    found = []
+    if run.systems:
+        found += findings(
+            *_compared(run, tables),
+            best_published_s=run.published["fig-7.2a"]["best_S"],
+            level=level,
+            recovery=numbers.get("fig-recovery"),
+            motion=numbers.get("fig-motion"),
+            capture=numbers.get("table-capture"),
+            worlds=numbers.get("worlds"),
+        )
+    if run.heads:
+        found += head_findings(run, numbers.get("fig-head-differences"), numbers.get("table-head-capture"))
+    return found

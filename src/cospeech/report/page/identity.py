@@ -57,6 +57,8 @@ def content(run: Run, config: Config, tables: Mapping[str, pd.DataFrame], shown:
         "document": DOCUMENT,
         "config": config,
         "banner": banner(config, tables["clips"]),
+        "headline": None,
+        "viewer": None,
         "findings": findings(tables["equal_error_rates"], tables["delay"], tables.get("gains")),
         "parts": sections.parts(shown),
         "notes": [],

@@ -38,14 +38,14 @@ class Banner(NamedTuple):
 
 
 def banner(
-    config: Config, records: pd.DataFrame, annotations: pd.DataFrame, cameras: pd.DataFrame | None = None
+    config: Config, records: pd.DataFrame, annotations: pd.DataFrame | None, cameras: pd.DataFrame | None = None
 ) -> Banner:
     """Return what the corpus is: virtual actors, or recordings of people.
 
     Parameters
     ----------
     config : the configuration.
-    records, annotations : the tables of those names.
+    records, annotations : the tables of those names; no annotations where nobody looks for gesture phrases.
     cameras : the table of that name, if the corpus was filmed.
     """
     minutes = records["duration_s"].sum() / 60
@@ -53,7 +53,7 @@ def banner(
     size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
         return _virtual(config, size, cameras)
-    phrases = _actual_phrases(config, records, annotations)
+    phrases = [] if annotations is None else _actual_phrases(config, records, annotations)
     return Banner("real", f"Real recordings: the corpus “{config['corpus']['name']}”.", [f"{size}.", *phrases])
 
 
@@ -152,7 +152,9 @@ def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:
     ]
 
 
-def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None) -> list[tuple[str, str]]:
+def facts(
+    config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None, phrases: bool = True, heads: bool = False
+) -> list[tuple[str, str]]:
     """Return the facts behind the numbers as pairs of a term and its description.
 
     Parameters
@@ -160,8 +162,10 @@ def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None
     config : the configuration.
     records : the table ``records``.
     statistics : the motion statistics, or None where the corpus has no motion.
+    phrases, heads : whether systems of gesture phrases ran, and systems that move the head.
     """
-    found = [*_features(config, records), *_models(config), *_scores(config)]
+    found = [*_features(config, records), *_models(config), *_scores(config)] if phrases else []
+    found += _heads(config, records) if heads else []
     if statistics is not None:
         joints = ", ".join(name.replace("_", " ") for name in dict.fromkeys(statistics["joint"]))
         found.append(
@@ -173,6 +177,34 @@ def facts(config: Config, records: pd.DataFrame, statistics: pd.DataFrame | None
             )
         )
     return [*found, ("seed", str(config["seed"]))]
+
+
+def _heads(config: Config, records: pd.DataFrame) -> list[tuple[str, str]]:
+    """Return the facts behind the scores of heads."""
+    own = records["head_fps"].dropna()
+    rates = own if len(own) else records["motion_fps"].dropna()
+    evaluation = config["evaluation"]
+    filmed = records["head_source"].isin(["stereo", "film"]).any()
+    return [
+        (
+            "heads",
+            "angles x (nod), y (turn) and z (tilt) of R = Rx Ry Rz in degrees, relative to "
+            f"{'the first frame of the film' if filmed else 'the trunk'}, "
+            f"at {', '.join(f'{rate:g}' for rate in sorted(rates.unique()))} frames/s",
+        ),
+        (
+            "melody",
+            "pitch, its slope and intensity at 100 Hz, minus their means over the utterances of a record and divided "
+            "by their standard deviations there; noise of unit variance between utterances",
+        ),
+        (
+            "scores of heads",
+            "each record left out in turn. Controls are driven by the speech of up to 8 other records, and by the "
+            f"own speech at up to 8 shifts of at least {config['synthesis']['shift_s']:g} s. Scores are means over "
+            f"draws. {100 * evaluation['bootstrap']['level']:g} % intervals: "
+            f"{evaluation['bootstrap']['samples']} bootstrap samples of records, or of minutes, within actors",
+        ),
+    ]
 
 
 def _features(config: Config, records: pd.DataFrame) -> list[tuple[str, str]]:

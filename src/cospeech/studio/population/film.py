@@ -63,9 +63,9 @@ def light(utterance: Utterance, seed: int) -> Singles:
     """Return the light of a session, and how it differs from clip to clip, as ``drawing.draw`` wants it."""
     own = random_source(seed, "population", "lamp", f"{utterance.session}", utterance.speaker.name)
     now = speakers.utterance_rng(utterance, "lamp", seed)
-    gain = float(np.exp(0.08 * own.standard_normal() + 0.01 * now.standard_normal()))
-    slopes = 0.06 * own.standard_normal(2) + 0.005 * now.standard_normal(2)
-    return np.array([gain, *slopes, 2.0 * own.standard_normal(), *(3.0 * own.standard_normal(2))], dtype=np.float32)
+    gain = float(np.exp(0.03 * own.standard_normal() + 0.005 * now.standard_normal()))
+    slopes = 0.03 * own.standard_normal(2) + 0.003 * now.standard_normal(2)
+    return np.array([gain, *slopes, 1.0 * own.standard_normal(), *(3.0 * own.standard_normal(2))], dtype=np.float32)
 
 
 def shape(mouth: Mouth, position: Floats) -> Singles:
