@@ -158,7 +158,15 @@ EXHIBIT_SOURCES = {
 }
 
 # There are no systems, which every other exhibit is about.
-ABOUT_RUN = {"systems": {}, "actors": {}, "pictured": [], "in_timeline": [], "main": {}}
+ABOUT_RUN = {
+    "systems": {},
+    "heads": {},
+    "shown_heads": [],
+    "actors": {},
+    "pictured": [],
+    "in_timeline": [],
+    "main": {},
+}
 
 
 def exhibit_files():
