@@ -7,7 +7,7 @@ import pytest
 from cospeech.evaluation import co_occurrence
 from cospeech.evaluation.co_occurrence import Settings
 
-SETTINGS = Settings(shifts=200, level=0.95)
+SETTINGS = Settings(shifts=100, level=0.95)
 DURATION_S = 1500.0
 
 
@@ -36,9 +36,9 @@ def test_planted_coupling_exceeds_the_shifted_gestures_and_independence_does_not
     found = measured(accents, nods)
     assert found.loc["overlap", "value"] == pytest.approx(0.65, abs=0.1)
     assert found.loc["overlap", "value"] > found.loc["overlap", "chance_high"]
-    assert found.loc["overlap", "p_value"] == pytest.approx(1 / 201)
+    assert found.loc["overlap", "p_value"] == pytest.approx(1 / 101)
     p_values = [
-        measured(draw(rng, 300, 0.1, 0.3), draw(rng, 200, 0.4, 0.6), seed).loc["overlap", "p_value"]
+        measured(draw(rng, 100, 0.1, 0.3), draw(rng, 70, 0.4, 0.6), seed).loc["overlap", "p_value"]
         for seed in range(30)
     ]
     assert np.mean(np.array(p_values) <= 0.1) < 0.35  # uniform: 3 of 30, more than 9 with probability 0.001

@@ -59,7 +59,7 @@ def test_a_clip_shorter_than_the_model_is_impossible():
 
 def test_the_decoded_path_is_the_best_of_all_sequences_of_models():
     rng = np.random.default_rng(2)
-    for _ in range(25):
+    for _ in range(6):
         models = [draw_model(rng, n_states, 2, 2) for n_states in (1, 2, 3)]
         frames, prior = rng.normal(size=(6, 2)), rng.dirichlet(np.ones(3))
         best = -np.inf

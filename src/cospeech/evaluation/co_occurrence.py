@@ -38,14 +38,12 @@ def measures(events: Floats, gestures: Floats) -> Floats:
     ----------
     events, gestures : (n, 2) and (m, 2) starts and ends in seconds.
     """
-    overlapping, partner = proportions.partners(events, gestures)
-    shares = [
-        float(chosen.mean()) if len(chosen) else np.nan
-        for chosen in (overlapping, proportions.partners(gestures, events)[0])
-    ]
+    shared = proportions.overlaps(events, gestures)
+    overlapping, partnered = (shared > 0.0).any(axis=1), (shared > 0.0).any(axis=0)
+    shares = [float(chosen.mean()) if len(chosen) else np.nan for chosen in (overlapping, partnered)]
     if np.count_nonzero(overlapping) < 2:
         return np.array([*shares, *[np.nan] * 4])
-    one, other = events[overlapping], gestures[partner[overlapping]]
+    one, other = events[overlapping], gestures[shared[overlapping].argmax(axis=1)]
     correlations = [float(np.corrcoef(one[:, end], other[:, end])[0, 1]) for end in (0, 1)]
     onsets = other[:, 0] - one[:, 0]
     return np.array([*shares, *correlations, onsets.mean(), onsets.std(ddof=1)])
