@@ -70,6 +70,20 @@ def test_without_gestures_nothing_overlaps_and_nothing_else_is_defined():
     assert found.loc["gesture_overlap", "number"] == 0
 
 
+def test_events_that_all_overlap_one_gesture_have_no_correlation():
+    found = co_occurrence.measures(np.array([[1.0, 1.2], [1.4, 1.6]]), np.array([[0.5, 2.0]]))
+    assert found[:2].tolist() == [1.0, 1.0]
+    assert np.isnan(found[2:4]).all()
+    assert found[4:] == pytest.approx([-0.7, np.std([0.5, 0.9], ddof=1)])
+
+
+def test_shifts_without_any_overlap_count_for_chance():
+    events, gestures = np.array([[100.0, 100.2], [200.0, 200.2]]), np.array([[100.0, 100.5], [200.0, 200.5]])
+    found = measured(events, gestures)
+    assert found.loc["overlap", "value"] == 1.0
+    assert found.loc["overlap", "chance"] < 0.02  # 0.7 s of 1500 s for each gesture
+
+
 def test_records_follow_one_another_on_one_clock():
     records = pd.DataFrame({"record": ["a", "b"], "start_s": [0.0, 10.0]})
     events = pd.DataFrame({"record": ["b", "a"], "start_s": [1.0, 2.0], "end_s": [1.5, 3.0]})

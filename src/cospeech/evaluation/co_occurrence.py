@@ -39,14 +39,22 @@ def measures(events: Floats, gestures: Floats) -> Floats:
     events, gestures : (n, 2) and (m, 2) starts and ends in seconds.
     """
     shared = proportions.overlaps(events, gestures)
-    overlapping, partnered = (shared > 0.0).any(axis=1), (shared > 0.0).any(axis=0)
-    shares = [float(chosen.mean()) if len(chosen) else np.nan for chosen in (overlapping, partnered)]
+    overlapping = np.asarray((shared > 0.0).any(axis=1))
+    partnered = np.asarray((shared > 0.0).any(axis=0))
+    shares = [float(chosen.mean()) if chosen.size else np.nan for chosen in (overlapping, partnered)]
     if np.count_nonzero(overlapping) < 2:
         return np.array([*shares, *[np.nan] * 4])
     one, other = events[overlapping], gestures[shared[overlapping].argmax(axis=1)]
-    correlations = [float(np.corrcoef(one[:, end], other[:, end])[0, 1]) for end in (0, 1)]
+    correlations = [_correlation(one[:, end], other[:, end]) for end in (0, 1)]
     onsets = other[:, 0] - one[:, 0]
     return np.array([*shares, *correlations, onsets.mean(), onsets.std(ddof=1)])
+
+
+def _correlation(one: Floats, other: Floats) -> float:
+    """Return Pearson's correlation; NaN where either does not vary, as when all events overlap the same gesture."""
+    if one.min() == one.max() or other.min() == other.max():
+        return np.nan
+    return float(np.corrcoef(one, other)[0, 1])
 
 
 def shifted(gestures: Floats, by_s: float, duration_s: float) -> Floats:
@@ -86,12 +94,10 @@ def table(
             "p_value": [(1 + np.count_nonzero(null[:, 0] >= actual[0])) / (1 + settings.shifts), *[np.nan] * 5],
         }
     )
-    defined = null[~np.isnan(null).any(axis=1)]
-    if len(defined):
-        found["chance"] = defined.mean(axis=0)
-        found["chance_low"], found["chance_high"] = np.quantile(defined, [tail, 1.0 - tail], axis=0)
-    else:
-        found[["chance", "chance_low", "chance_high"]] = np.nan
+    defined = [values[~np.isnan(values)] for values in null.T]
+    found["chance"] = [values.mean() if values.size else np.nan for values in defined]
+    for name, part in (("chance_low", tail), ("chance_high", 1.0 - tail)):
+        found[name] = [np.quantile(values, part) if values.size else np.nan for values in defined]
     return found
 
 
