@@ -41,15 +41,16 @@ try:
     REPORTS = f"reports/{config['run']}"
     VIRTUAL = config["corpus"]["source"] == "studio"
     IDENTIFIES = configuration.identifies(config)
+    DIRECTIONS = configuration.gives_directions(config)
     run_lock.check_writable(Path())
     paths.plain(workflow.basedir, "the folder of cospeech")
     capture_takes.check_paths(config)
-    RECORDS = {} if IDENTIFIES else record_list.records(config, RESULTS)
+    RECORDS = {} if IDENTIFIES or DIRECTIONS else record_list.records(config, RESULTS)
     BRINGS = record_list.brings(RECORDS)
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL, record_list.offers(BRINGS))
-    if not IDENTIFIES:
+    if not (IDENTIFIES or DIRECTIONS):
         configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)
@@ -93,7 +94,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/calibration.smk"
 
 
-# Without records a run identifies speakers, or it calibrates a rig, and nothing else.
+# Without records a run identifies speakers, is about route directions, or calibrates a rig, and nothing else.
 MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
 # The records whose heads were filmed, and the heads that are shown.
@@ -131,6 +132,11 @@ if IDENTIFIES:
     include: "workflow/rules/identity_features.smk"
     include: "workflow/rules/identity.smk"
     include: "workflow/rules/report_identity.smk"
+
+
+if DIRECTIONS:
+
+    include: "workflow/rules/directions.smk"
 
 
 localrules:
@@ -240,7 +246,7 @@ onstart:
 
 
 onsuccess:
-    if RECORDS or IDENTIFIES:
+    if RECORDS or IDENTIFIES or DIRECTIONS:
         write_seconds()
     write_manifest()
     progress.tell(progress.done(workflow.dag.targetjobs, f"{REPORTS}/index.html"))

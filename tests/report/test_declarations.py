@@ -26,7 +26,9 @@ def test_importing_the_declarations_loads_neither_pandas_nor_matplotlib():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
-@pytest.mark.parametrize("exhibit", [*exhibits.EXHIBITS, *exhibits.IDENTITY], ids=lambda exhibit: exhibit.name)
+@pytest.mark.parametrize(
+    "exhibit", [*exhibits.EXHIBITS, *exhibits.IDENTITY, *exhibits.DIRECTIONS], ids=lambda exhibit: exhibit.name
+)
 def test_a_declaration_names_what_exists(exhibit):
     for function in filter(None, (exhibit.draw, exhibit.show, exhibit.compare)):
         assert callable(declaration.load(function))
@@ -44,7 +46,7 @@ def test_a_declaration_names_what_exists(exhibit):
 
 def test_exhibits_and_captions_are_one_to_one():
     captions = {path.stem for path in (ROOT / "reports/template/captions").glob("*.rst")}
-    names = [exhibit.name for exhibit in (*exhibits.EXHIBITS, *exhibits.IDENTITY)]
+    names = [exhibit.name for exhibit in (*exhibits.EXHIBITS, *exhibits.IDENTITY, *exhibits.DIRECTIONS)]
     assert sorted(names) == sorted(captions)
 
 

@@ -135,6 +135,11 @@ def test_every_configuration_that_we_ship_is_valid(path):
         (changed(speech__frame_s=1e-9), "config: speech.frame_s: 1e-09 is less than the minimum"),
         (changed(corpus__name="x" * 101), "config: corpus.name: 'xxx"),
         (changed(identity__population=True, identity__sheet="a.csv"), "population and sheet exclude each other"),
+        (changed(directions__corpus=True, identity__population=True), "directions.corpus and identity exclude each"),
+        (
+            changed(directions__corpus=True, corpus__source="recorded", corpus__name="ours", corpus__records="a.csv"),
+            "directions.corpus is the studio's",
+        ),
         (changed(identity__sheet="a.csv"), "identity.sheet lists recorded clips; set corpus.source to recorded"),
         (
             changed(identity__population=True, studio__population__repetitions=1),

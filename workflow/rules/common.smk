@@ -80,7 +80,7 @@ def promised(wildcards):
     """
     planned = [receipt for receipt in receipts.load(RESULTS) if is_planned(receipt)]
     workflow.dag.forcefiles.update(receipt.output for receipt in planned if receipts.missing(receipt))
-    return PROMISED if RECORDS or IDENTIFIES else CALIBRATION_OUTPUTS
+    return PROMISED if RECORDS or IDENTIFIES or DIRECTIONS else CALIBRATION_OUTPUTS
 
 
 def refuse_what_was_changed():

@@ -253,16 +253,16 @@ def _cut(grid: parselmouth.TextGrid, sound: parselmouth.Sound) -> list[Word]:
     """Return the words of a synthesised sentence."""
     samples = sound.values[0]
     vowels_s = np.array(
-        [(start + end) / 2 for start, end, label in _intervals(grid, PHONEME_TIER) if label[0] in VOWELS]
+        [(start + end) / 2 for start, end, label in intervals(grid, PHONEME_TIER) if label[0] in VOWELS]
     )
     words = []
-    for start_s, end_s, _ in _intervals(grid, WORD_TIER):
+    for start_s, end_s, _ in intervals(grid, WORD_TIER):
         own_s = vowels_s[(vowels_s > start_s) & (vowels_s < end_s)] - start_s
         words.append(Word(samples[round(start_s * RATE_HZ) : round(end_s * RATE_HZ)], own_s))
     return words
 
 
-def _intervals(grid: parselmouth.TextGrid, tier: int) -> Iterator[tuple[float, float, str]]:
+def intervals(grid: parselmouth.TextGrid, tier: int) -> Iterator[tuple[float, float, str]]:
     """Yield start and end in seconds and the label of each labelled interval of a tier."""
     for interval in range(1, call(grid, "Get number of intervals", tier) + 1):
         label = call(grid, "Get label of interval", tier, interval).strip()

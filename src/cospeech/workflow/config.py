@@ -71,6 +71,11 @@ def identifies(config: Config) -> bool:
     return bool(config["identity"]["population"] or config["identity"]["sheet"])
 
 
+def gives_directions(config: Config) -> bool:
+    """Return whether a run is about keywords, accents and gestures in route directions, and has no actors."""
+    return bool(config["directions"]["corpus"])
+
+
 @functools.cache
 def schema() -> Config:
     """Return the JSON Schema of a complete configuration."""
@@ -228,6 +233,7 @@ def _impossible(config: Config) -> list[str]:
         problems.append("corpus.name: 'virtual' is the studio's name and only the studio's; name your corpus")
     problems += _impossible_calibration(config["capture"]["calibration"])
     problems += _impossible_identity(config)
+    problems += _impossible_directions(config)
     if corpus["source"] == "recorded" and not (corpus["records"] or calibrates(config) or identifies(config)):
         problems.append("corpus.records is empty: list your records there, or name a CSV file")
     up, facing, names = (corpus["markers"][key] for key in ("up", "facing", "names"))
@@ -299,6 +305,17 @@ def _impossible_identity(config: Config) -> list[str]:
                 f"studio.population.others: there are not {own['others']} names of other speakers; take fewer, or "
                 "more speakers (also in identity.populations)"
             )
+    return problems
+
+
+def _impossible_directions(config: Config) -> list[str]:
+    if not gives_directions(config):
+        return []
+    problems = []
+    if config["corpus"]["source"] != "studio":
+        problems.append("directions.corpus is the studio's; leave corpus.source at studio")
+    if identifies(config):
+        problems.append("directions.corpus and identity exclude each other; choose one of them")
     return problems
 
 

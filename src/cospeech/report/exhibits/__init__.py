@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 
 from cospeech.report.exhibits.catalogue import (
     CONDITIONS,
+    DIRECTIONS,
     EXHIBITS,
     IDENTITY,
     IDENTITY_CONDITIONS,
@@ -20,6 +21,7 @@ from cospeech.report.exhibits.declaration import Absent, Condition, Exhibit, Nam
 
 __all__ = [
     "CONDITIONS",
+    "DIRECTIONS",
     "EXHIBITS",
     "IDENTITY",
     "IDENTITY_CONDITIONS",

@@ -29,6 +29,9 @@ SECTIONS = (
     Section("synchronisation", "Voice and lips", "Voice and lips"),
     Section("identification", "Error rates", "Error rates"),
     Section("gain", "What fusion gains", "Gain"),
+    Section("events", "Keywords and accents in speech", "Speech events"),
+    Section("gestures", "Gestures of hands and head", "Gestures"),
+    Section("co_occurrence", "Speech and gestures at the same time", "Co-occurrence"),
 )
 
 CONDITIONS = (
@@ -122,6 +125,10 @@ SOURCES = {
     "equal_error_rates": Source("identity/equal_error_rates.parquet", "equal_error_rates"),
     "det": Source("identity/det.parquet", "det"),
     "gains": Source("identity/gains.parquet", "gains"),
+    "direction_scores": Source("directions/scores.parquet", "direction_scores"),
+    "direction_records": Source("directions/records.parquet", "direction_records"),
+    "co_occurrence": Source("directions/co_occurrence.parquet", "co_occurrence"),
+    "co_occurrence_pairs": Source("directions/co_occurrence_pairs.parquet", "co_occurrence_pairs"),
 }
 """What exhibits and the page are made from.
 
@@ -397,3 +404,28 @@ IDENTITY = (
     ),
 )  # fmt: skip
 """The exhibits of a run that identifies speakers. It has none of the others."""
+
+DIRECTIONS = (
+    Exhibit(
+        "head-text-3-keywords", "events", "chapter3:keywords", document=SARGIN_2006, figure=False,
+        sources={"scores": "direction_scores"}, show="chapter3:keyword_table",
+        published="head-text-3-keywords", compare="chapter3:compare_keywords",
+    ),
+    Exhibit(
+        "head-table-3.1", "events", "chapter3:accents", document=SARGIN_2006,
+        sources={"scores": "direction_scores"}, show="chapter3:accent_table",
+        published="head-table-3.1", compare="chapter3:compare_accents",
+    ),
+    Exhibit(
+        "head-text-3-gestures", "gestures", "chapter3:gestures", document=SARGIN_2006,
+        sources={"scores": "direction_scores"}, show="chapter3:gesture_table",
+        published="head-text-3-gestures", compare="chapter3:compare_gestures",
+    ),
+    Exhibit(
+        "head-text-3-cooccurrence", "co_occurrence", "chapter3:co_occurrence", document=SARGIN_2006,
+        sources={"measures": "co_occurrence", "pairs": "co_occurrence_pairs"},
+        show="chapter3:co_occurrence_table",
+        published="head-text-3-cooccurrence", compare="chapter3:compare_co_occurrence",
+    ),
+)  # fmt: skip
+"""The exhibits of a run about route directions. It has none of the others."""

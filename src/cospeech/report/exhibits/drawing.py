@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from cospeech.report import output, style
-from cospeech.report.exhibits import EXHIBITS, IDENTITY, SOURCES, pictures
+from cospeech.report.exhibits import DIRECTIONS, EXHIBITS, IDENTITY, SOURCES, pictures
 from cospeech.report.exhibits.declaration import Exhibit, load
 from cospeech.report.exhibits.run import Drawing, Run
 from cospeech.workflow.job import Job
@@ -31,7 +31,7 @@ def draw_all(work: Job) -> None:
 
 def named(names: Iterable[str]) -> list[Exhibit]:
     """Return the exhibits with these names."""
-    known = {exhibit.name: exhibit for exhibit in (*EXHIBITS, *IDENTITY)}
+    known = {exhibit.name: exhibit for exhibit in (*EXHIBITS, *IDENTITY, *DIRECTIONS)}
     return [known[name] for name in names]
 
 
