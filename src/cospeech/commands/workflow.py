@@ -21,6 +21,7 @@ TARGETS = {
     "libraries": "motion libraries of the virtual studio without speech, as BVH",
     "annotate": "annotations of all records for ELAN and Praat, to be corrected",
     "markers": "tracked markers and joint angles as TRC, C3D and BVH",
+    "survey": "clips of 8 to 12 s for perception studies, without labels",
     "calibration": "camera calibration, also for Pose2Sim and caliscope",
     "quality": "one page per filmed record with the worst moments of tracking",
 }

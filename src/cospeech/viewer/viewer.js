@@ -443,7 +443,9 @@ var CospeechViewer = (() => {
       this.panel.append(this.delay);
       viewer.element.querySelector(".cv-bar").after(this.panel);
       this.keywords = controls.keywords;
-      this.connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${controls.socket}`);
+      const address = new URL(controls.socket, location.href);
+      address.protocol = address.protocol.replace("http", "ws");
+      this.connect(address.href);
     }
 
     slider(style) {

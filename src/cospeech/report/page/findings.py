@@ -116,10 +116,10 @@ def headline(scores: pd.DataFrame, differences: pd.DataFrame, systems: Systems, 
         cells = [system.title]
         for measure in STATED:
             own = _row(pooled, system=system.name, measure=measure, part="interior")
-            shifted = _row(table, system=system.name, other=system.controls[-1], measure=measure)
-            cells += ["" if own is None else number(own["value"]), _judged(shifted, measure, level)]
+            strictest = _row(table, system=system.name, other=system.controls[-1], measure=measure)
+            cells += ["" if own is None else number(own["value"]), _judged(strictest, measure, level)]
         rows.append([*cells, _beaten_controls(system, table, systems, level)])
-    shift = "minus the same system on shifted speech"
+    shift = "minus the same system at the wrong moment"
     headings = ["system", "gestures: kappa", shift, "boundaries: D (s)", shift, "better than its controls"]
     return Table(headings, rows, words=(5,))
 
