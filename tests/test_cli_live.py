@@ -234,7 +234,7 @@ def test_a_port_in_use_takes_one_line(call):
     ("arguments", "complaint"),
     [
         (("--play", "a.wav", "--pcm", "16000"), "not allowed with argument"),
-        (("--vmc", "off"), "nothing shows the motion; leave out --vmc off, or add --record"),
+        (("--vmc", "off"), "nothing shows the motion; leave out --vmc off, or add --web or --record"),
         (("--vmc", "here"), "'here' is not a host and a port from 1 to 65535, such as 127.0.0.1:39539"),
         (("--vmc", ":39539"), "':39539' is not a host and a port"),
         (("--osc", "0"), "'0' is not a host and a port"),

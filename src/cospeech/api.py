@@ -404,6 +404,10 @@ def load_head_model(folder: str | Path) -> HeadModel:
     Raises
     ------
     UserError : if the folder contains no such model, or it is incomplete, damaged, or of another version.
+
+    Examples
+    --------
+    >>> model = api.load_head_model("results/demo/models/head/main/ada")  # doctest: +SKIP
     """
     place = Path(folder)
     system = system_of_model(place)
@@ -426,6 +430,11 @@ def system_of_model(folder: str | Path) -> System:
     Raises
     ------
     UserError : if the folder contains no model, or its system is not installed.
+
+    Examples
+    --------
+    >>> api.system_of_model(api.BUNDLED).makes
+    'phrases'
     """
     card = model_folder.read_card(Path(folder))
     try:
@@ -590,6 +599,11 @@ def synthesize_head(
     Raises
     ------
     UserError : if the sound cannot be read or is not speech.
+
+    Examples
+    --------
+    >>> model = api.load_head_model("results/demo/models/head/main/ada")  # doctest: +SKIP
+    >>> api.synthesize_head("speech.wav", model).head[["x_deg", "y_deg", "z_deg"]].std()  # doctest: +SKIP
     """
     samples = _samples(sound, channel)
     name = record or ("speech" if isinstance(sound, np.ndarray) else Path(sound).stem)

@@ -40,6 +40,7 @@ def test_round_trip_keeps_values_nulls_and_origin(tmp_path):
             "actor": ["x"], "record": ["a"], "scenario": [None], "language": ["Turkish"],
             "motion_source": ["bvh"], "motion_fps": [20.0], "audio_rate_hz": [np.nan], "duration_s": [60.0],
             "motion_path": ["a.bvh"], "audio_path": [None], "note": [None],
+            "head_source": [None], "head_fps": [None],
         }
     )  # fmt: skip
     write(frame, tmp_path / "r.parquet", "records")

@@ -102,7 +102,14 @@ def test_where_the_actual_phrases_come_from(config, records, annotations, says, 
     ],
 )  # fmt: skip
 def test_what_was_planted_is_said_of_every_world(settings, says, silent):
-    studio = {"world": "phrases", "sound": True, "motion": False, "coupling": 0.8, "couplings": {}}
+    studio = {
+        "world": "phrases",
+        "sound": True,
+        "motion": False,
+        "coupling": 0.8,
+        "couplings": {},
+        "head_coupling": None,
+    }
     studio |= {"actors": [{"actor": "ada"}]} | settings
     text = said(CONFIG | {"corpus": {"source": "studio"}, "studio": studio}, RECORDS, NOBODY)
     assert says in text

@@ -41,7 +41,6 @@ def test_mapped_markers_are_imported_with_z_up_or_y_up(tmp_path, suffix, write):
     np.testing.assert_allclose(found, given.places_m[:, 1:], atol=2e-4)  # the smoother assumes 0.4 mm of noise
     assert (table.loc[table["marker"].isin(list(OTHERS)), "status"] == "seen").all()
     assert (table.loc[table["marker"].str.endswith(("leg", "foot")), "status"] == "lost").all()
-    np.testing.assert_array_equal(marker_file.world_rotation("y", "z"), np.eye(3))
 
 
 def test_short_gaps_are_filled_and_long_ones_stay(tmp_path):
@@ -61,18 +60,6 @@ def test_short_gaps_are_filled_and_long_ones_stay(tmp_path):
     assert set(status.loc[30:89, "chest"]) == {"predicted"}  # from the three other markers on the trunk
     assert away[30:90, front - 1].max() < 0.001
     assert (status.drop(columns=[n for n in markers.NAMES if n not in OTHERS]).loc[90:] == "seen").all(axis=None)
-
-
-@pytest.mark.parametrize("up", marker_file.DIRECTIONS)
-@pytest.mark.parametrize("facing", marker_file.DIRECTIONS)
-def test_axes_form_a_right_handed_frame_or_are_rejected(up, facing):
-    if up[-1] == facing[-1]:
-        with pytest.raises(UserError, match="must lie along different axes"):
-            marker_file.world_rotation(up, facing)
-    else:
-        turn = marker_file.world_rotation(up, facing)
-        np.testing.assert_array_equal(turn @ turn.T, np.eye(3))
-        assert np.linalg.det(turn) == pytest.approx(1)
 
 
 def test_files_that_cannot_be_imported_are_reported(tmp_path):
