@@ -10,8 +10,8 @@ help:
 	@echo "make report [CONFIG=config/demo.yaml] [CORES=all]  run the workflow to reports/<run>/index.html"
 	@echo "make sweep  [CONFIG=...]                           figs. 7.2a and 7.2b over the sweep of the configuration"
 	@echo "make verify [CONFIG=...]                           compare every file with the manifest"
-	@echo "make test                                          the tests"
-	@echo "make test-all                                      the tests, and again under every other Python that is installed"
+	@echo "make test                                          the tests, apart from slow ones"
+	@echo "make test-all                                      all tests, and again under every other Python that is installed"
 	@echo "make lint                                          ruff, mypy, snakefmt, snakemake --lint"
 	@echo "make bench                                         time kernels and sweep against their peers, and how time grows"
 	@echo "make bundled-model                                 train the model that comes with the package (docs/models.md)"
@@ -26,9 +26,10 @@ verify: .venv/report.stamp
 	$(BIN)/cospeech verify --config '$(CONFIG)' --cores $(CORES)
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup -m "not slow"
 
 test-all: test
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup -m slow
 	.ci/other_interpreters
 
 lint: .venv/test.stamp

@@ -50,7 +50,7 @@ try:
     configuration.check_labels(config, BRINGS)
     TAKES = capture_takes.takes(config, RECORDS, RESULTS)
     CHOSEN = registered(config["synthesis"]["systems"], VIRTUAL, record_list.offers(BRINGS))
-    if not (IDENTIFIES or DIRECTIONS):
+    if RECORDS:  # without any, nothing is synthesised
         configuration.check_systems(config, CHOSEN.systems, CHOSEN.failed())
     TRANSPLANTS = record_list.transplants(config, RECORDS)
     OWN_TAKE = capture_takes.calibration_films(config)

@@ -10,7 +10,7 @@ from project import ROOT, Project
 
 from cospeech.evaluation import scores as held
 
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("film")]
+pytestmark = [pytest.mark.workflow, pytest.mark.slow, pytest.mark.xdist_group("film")]
 
 FILM = ROOT / "config" / "film.yaml"
 RECORDS = ("ada_1", "ada_2")

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from project import Project
 
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("identity_films")]
+pytestmark = [pytest.mark.workflow, pytest.mark.slow, pytest.mark.xdist_group("identity_films")]
 
 POPULATION = {"speakers": 2, "repetitions": 2, "others": 1, "sessions": 2}
 RAW = "results/population/corpus/raw"

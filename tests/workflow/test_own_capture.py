@@ -24,7 +24,7 @@ from cospeech.formats import c3d, camera_toml
 from cospeech.motion import markers, skeleton
 from cospeech.studio import cast, dress, film, motion, range_of_motion, rig, script, stage
 
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("own_capture")]
+pytestmark = [pytest.mark.workflow, pytest.mark.slow, pytest.mark.xdist_group("own_capture")]
 
 FPS, SECONDS = 50.0, 6.0
 THEIRS = {name: name.upper() for name in markers.NAMES if not name.endswith(("leg", "foot"))}

@@ -84,6 +84,7 @@ def test_the_default_profile_is_used_without_being_named(finished):
     assert "profiles/default" in finished.make("--dry-run").splitlines()[0]
 
 
+@pytest.mark.slow
 def test_one_core_and_five_kills_give_the_bytes_of_an_undisturbed_run_on_two_cores(finished, tmp_path):
     project = Project(tmp_path)
     assert kill_and_resume(project, kills=5, seed=2012, cores=1) == 5
