@@ -62,6 +62,8 @@ def spot(decoding: Any, words: Sequence[str], chunks: Iterator[Floats]) -> Itera
     of_spelling = {word.lower(): word for word in words}
     decoding.start_utt()
     for chunk in chunks:
+        if not len(chunk):  # a resampler holds back the first samples, and the decoder does not accept an empty chunk
+            continue
         samples = np.clip(np.round(32768.0 * np.nan_to_num(chunk)), -32768, 32767)
         decoding.process_raw(samples.astype("<i2").tobytes())
         if decoding.hyp() is not None:
