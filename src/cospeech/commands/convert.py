@@ -97,7 +97,8 @@ def read(path: Path, animation: str | None, unit: str, up: str) -> tuple[Body, P
 
     Raises
     ------
-    UserError : if the file cannot be read, is no motion file, or has several animations or not that of this name.
+    UserError : if the file cannot be read or is not a motion file, if it has several animations and none is named, or
+        if it has no animation of this name.
     """
     from cospeech.corpus import any_body
     from cospeech.viewer import files

@@ -27,7 +27,7 @@ SAMPLE_STEPS, FIT_STEPS = 5, 6
 """Number of random samples and of the points in each; Gauss-Newton steps for a sample and for all inliers."""
 
 ROUNDS = 3
-"""How often the inliers are chosen anew after a fit to them."""
+"""Number of times that the inliers are chosen again, each time by the fit to the previous ones."""
 
 
 class RigidFit(Enum):
