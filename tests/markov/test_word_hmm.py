@@ -86,6 +86,7 @@ def peer_of(models, model):
     return peer
 
 
+@pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning:hmmlearn.utils")
 def test_training_agrees_with_hmmlearn():
     rng = np.random.default_rng(7)
     clips, owner = draw_clips(rng, 24, 20, 40, 3), np.arange(24) % 4
