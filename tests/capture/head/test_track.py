@@ -98,7 +98,7 @@ def test_the_printed_flow_is_less_accurate_and_added_angles_drift(film):
 def test_one_camera_gives_approximate_angles_and_says_so(film):
     angles, _, views = film
     found = tracked([view[:1] for view in views])
-    assert errors(found, angles).mean() < 4.0
+    assert errors(found, angles).mean() < 1.0
     assert set(found.table["depth"]) == {"ellipsoid"}
     with pytest.raises(UserError, match="'printed' needs a stereo pair"):
         track_images(

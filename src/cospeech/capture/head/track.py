@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.capture.head import optics as camera_optics
+from cospeech.capture.head import shape
 from cospeech.capture.head.estimate import MISSING, Measurement
 from cospeech.capture.head.face import Box
 from cospeech.capture.head.images import Frame, Planes
@@ -93,6 +94,8 @@ def track_images(
     if tracker is None:
         raise UserError(_no_face(where, len(measured), fps))
     centre_m = tracker.estimator.reference.centre_m
+    if optics.baseline_m is None:
+        measured = shape.measured_again(measured, tracker.estimator)
     table = pose_table(measured, centre_m, fps, Smoothing(settings["smoothing"]), settings["longest_hidden_s"])
     table["depth"] = "ellipsoid" if optics.baseline_m is None else "disparity"
     return Tracked(table, _notes(table, tracker.losses, where))

@@ -12,7 +12,7 @@ from enum import Enum
 from cospeech.capture.head import face as faces
 from cospeech.capture.head import pairing
 from cospeech.capture.head import reference as face_reference
-from cospeech.capture.head.estimate import FEWEST_POINTS, Estimator, Measurement, State
+from cospeech.capture.head.estimate import FEWEST_POINTS, MODEL_ERROR, THRESHOLD, Estimator, Measurement, State
 from cospeech.capture.head.images import Frame
 from cospeech.capture.head.optics import Optics
 from cospeech.capture.head.pose import RigidFit
@@ -59,7 +59,8 @@ class Tracker:
     """
 
     def __init__(self, first: Frame, face: faces.Box, optics: Optics, method: Method, where: str) -> None:
-        self.estimator = Estimator(optics, _reference(first, face, optics, method, where), method.rigid)
+        tolerance = MODEL_ERROR if optics.baseline_m is None else THRESHOLD
+        self.estimator = Estimator(optics, _reference(first, face, optics, method, where), method.rigid, tolerance)
         self.losses: dict[int, str] = {}
         self._flow = (
             WarpedFlow(self.estimator)
