@@ -195,6 +195,24 @@ def test_a_head_that_is_lost_most_of_the_time_is_refused_with_the_reason():
         tracked(views + [tuple(dark(planes) for planes in views[0])] * 16)
 
 
+def test_a_right_camera_that_goes_dark_is_reported_and_the_left_one_measured():
+    views = still(12)
+    found = tracked(views[:4] + [(left, dark(right)) for left, right in views[4:8]] + views[8:])
+    assert (found.table["status"] == "tracked").all()
+    assert found.notes == [
+        "ada_1: the right film is dark in 4 frames, the first of them frame 4 (0.15 s); only the left film was "
+        "measured there"
+    ]
+
+
+def test_a_head_that_moves_too_fast_is_lost_with_the_speed_as_the_reason():
+    shifts = np.zeros((14, 3))
+    shifts[6:, 0] = 0.12 * np.sin(np.arange(8) * 1.9)
+    (note,) = tracked(shoot(np.zeros((14, 3)), shifts)).notes
+    assert "the first is frame 7 (0.25 s), after a motion of " in note
+    assert "too fast for the optical flow" in note
+
+
 def test_films_and_their_calibration_are_matched_by_name(tmp_path):
     views = still(3)
     for number, camera in enumerate(SCENE.cameras):
