@@ -317,12 +317,12 @@ def animation(_: Run, animation: pd.DataFrame) -> Drawing:
     ----------
     animation : the table ``direction_animation``.
     """
-    figure, axes = style.figure(3.2, 2, 1, sharex=True)
+    figure, axes = style.figure(3.6, 2, 1, sharex=True)
     head, hands = axes[:, 0]
     head.plot(animation["time_s"], animation["head_px"], color=style.BLUE)
     head.invert_yaxis()
-    head.set_title("(a) head at accents")
-    head.set_ylabel("down the image, pixels")
+    head.set_title("(a) head at accents, down the image")
+    head.set_ylabel("pixels")
     for side, colour in (("left", style.BLUE), ("right", style.AMBER)):
         away_m = np.hypot(animation[f"{side}_x_m"], animation[f"{side}_y_m"])
         hands.plot(animation["time_s"], 100.0 * away_m, color=colour, label=f"{side} hand")
@@ -331,10 +331,10 @@ def animation(_: Run, animation: pd.DataFrame) -> Drawing:
         hands.annotate(str(row.keyword), (row.time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(0, -9),
                        textcoords="offset points", color=style.FAINT)  # fmt: skip
     hands.set_ylim(0.0, 1.25 * hands.get_ylim()[1])
-    hands.set_title("(b) hands at keywords")
-    hands.set_ylabel("away from rest, cm")
+    hands.set_title("(b) hands at keywords, away from rest")
+    hands.set_ylabel("cm")
     hands.set_xlabel("time, s")
-    hands.legend(loc="center left")
+    figure.legend(loc="outside lower center", ncols=2)
     return Drawing(animation, figure)
 
 
