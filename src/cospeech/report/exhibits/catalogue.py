@@ -32,6 +32,7 @@ SECTIONS = (
     Section("events", "Keywords and accents in speech", "Speech events"),
     Section("gestures", "Gestures of hands and head", "Gestures"),
     Section("co_occurrence", "Speech and gestures at the same time", "Co-occurrence"),
+    Section("animation", "From words and accents to movement", "Animation"),
 )
 
 CONDITIONS = (
@@ -128,6 +129,8 @@ SOURCES = {
     "gains": Source("identity/gains.parquet", "gains"),
     "direction_scores": Source("directions/scores.parquet", "direction_scores"),
     "direction_records": Source("directions/records.parquet", "direction_records"),
+    "direction_animation": Source("directions/animation.parquet", "direction_animation"),
+    "direction_strip": Source("directions/strip.png"),
     "co_occurrence": Source("directions/co_occurrence.parquet", "co_occurrence"),
     "co_occurrence_pairs": Source("directions/co_occurrence_pairs.parquet", "co_occurrence_pairs"),
 }
@@ -432,6 +435,15 @@ DIRECTIONS = (
         sources={"measures": "co_occurrence", "pairs": "co_occurrence_pairs"},
         show="chapter3:co_occurrence_table",
         published="head-text-3-cooccurrence", compare="chapter3:compare_co_occurrence",
+    ),
+    Exhibit(
+        "head-fig-3.2", "animation", "pictures:draw", document=SARGIN_2006, numbers=False,
+        sources={"picture": "direction_strip"},
+    ),
+    Exhibit(
+        "head-text-3-animation", "animation", "chapter3:animation", document=SARGIN_2006,
+        sources={"animation": "direction_animation"},
+        published="head-text-3-animation", compare="chapter3:compare_animation",
     ),
 )  # fmt: skip
 """The exhibits of a run about route directions. It has none of the others."""
