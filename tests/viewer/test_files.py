@@ -105,3 +105,4 @@ def test_each_animation_of_a_creature_is_a_take(tmp_path):
     assert [take["title"].split("_")[1] for take in takes_of(tmp_path / "page.html")] == [
         "Attack", "Death", "Idle", "Jump", "Walk",
     ]  # fmt: skip
+    assert len({id(version.mesh) for version in files.read(spider)}) == 1

@@ -23,8 +23,8 @@ Show motion in 3D, with sound.
 
 FILES are motion of any skeleton: BVH, GLB, SMPL-X (npz), markers (C3D, TRC), or
 motion tables of cospeech (Parquet, CSV); and at most one sound or film, which is
-played along. Several motions are shown side by side, or overlaid. Each animation
-of a GLB file with several animations is shown by itself.
+played along. Several motions are shown side by side, or overlaid. A GLB file is
+shown with its own surface, and each of several animations in it by itself.
 
 The page opens in the browser. With --out it is written to a file, which contains
 everything and needs no connection."""
