@@ -66,12 +66,22 @@ def test_cubic_splines_pass_through_their_keys(tmp_path):
 
 GOOD = random_body(np.random.default_rng(4))
 
+MORPH = [(2, "weights", np.arange(13) / 24, np.zeros(13), "LINEAR")]
+CHAIN = [{"name": f"n{k}", "children": [k + 1] if k < 9999 else []} for k in range(10_000)]
+
 WRONG = {
     "another format": (b"HIERARCHY", "is not a binary glTF file"),
     "truncated": (packed(*GOOD[:2], {"Wave": GOOD[2]})[:-40], "is truncated"),
     "version 1": (b"glTF" + struct.pack("<II", 1, 20) + b"\0" * 8, "is not of glTF version 2"),
     "no animation": (packed(*GOOD[:2], {}), "has no animation"),
     "no skin": (packed(*GOOD[:2], {"Wave": GOOD[2]}, skins=[]), "has no skin"),
+    "morph targets only": (packed(*GOOD[:2], {"Smile": MORPH}), "morph targets and no joint"),
+    "morph targets without skin": (packed(*GOOD[:2], {"Smile": MORPH}, skins=[]), "morph targets and no joint"),
+    "a single key": (
+        packed(*GOOD[:2], {"Wave": [(2, "translation", [0.0], np.zeros((1, 3)), "LINEAR")]}),
+        "two keys",
+    ),
+    "10,000 joints": (packed(CHAIN, list(range(10_000)), {"Wave": GOOD[2]}), "more than 1000 joints"),
     "data elsewhere": (packed(*GOOD[:2], {"Wave": GOOD[2]}, buffers=[{"uri": "x.bin"}]), "in other files"),
     "no accessors": (packed(*GOOD[:2], {"Wave": GOOD[2]}, accessors=[]), "is damaged"),
     "two roots": (packed(GOOD[0], [3, 5], {"Wave": GOOD[2][2:]}), "2 roots"),

@@ -46,7 +46,7 @@ def decode(path):
 
 
 def test_few_flecks_remain_on_the_background(tmp_path):
-    """Away from the figure, fewer than 0.2 % of the pixels differ visibly; faster presets leave three times as many."""
+    """Away from the figure, fewer than 0.2 % of the pixels differ visibly; faster presets leave 0.4 %."""
     drawn = [image.copy() for image in video.render(panels(), FPS, 300, "virtual")]
     mp4.encode(tmp_path / "a.mp4", iter(drawn), FPS)
     plain = picture.background(*video.panel_size(300))

@@ -219,6 +219,10 @@ def test_without_webgl_the_page_says_so(made, tmp_path):
         tab.open(made)
         tab.wait("!viewer.note.hidden")
         assert "no WebGL" in tab.value("viewer.note.textContent")
+        tab.value("viewer.ready")
+        tab.value("viewer.seek(3.5); viewer.setPlaying(true)")
+        tab.wait("!viewer.clock.playing && viewer.time > 3.9")  # it plays up to the end
+        assert "0:04" in tab.value("viewer.clockText.textContent")
         assert tab.errors == []
 
 

@@ -121,14 +121,14 @@ class File:
 
     def clips(self) -> dict[str, Clip]:
         """Return the animations."""
+        if self.json.get("animations") and not self._moving():
+            raise UserError(
+                f"{self.where}: its animations move morph targets and no joint; export the motion of the armature"
+            )
         if not self.json.get("skins"):
             raise UserError(f"{self.where}: has no skin, and so no joints; export the body with its armature")
         if not self.json.get("animations"):
             raise UserError(f"{self.where}: has no animation; export the body with its animations")
-        if not self._moving():
-            raise UserError(
-                f"{self.where}: its animations move morph targets and no joint; export the motion of the armature"
-            )
         joints = self.joints()
         found: dict[str, Clip] = {}
         for number, animation in enumerate(self.json["animations"]):
@@ -159,6 +159,7 @@ class File:
         """Return the joints of the first skin, and all animated nodes above them, parents first."""
         animated = self._moving()
         wanted = set(self.json["skins"][0]["joints"])
+        foreign.check_joint_frames(len(wanted), 0, self.where)
         for joint in list(wanted):
             above = self.above(joint)
             moving = [node for node in above if node in animated or node in wanted]

@@ -29,8 +29,8 @@ X264 = {
     "crf": "31",
     # One thread, so that the bytes do not depend on the number of cores. No AVX-512, with which x264 gave five
     # different files in 200 encodings of the same noise (with AVX2 one). The rest makes the edges of drawings sharp
-    # at a low cost: a look-ahead that keeps what does not move, large transforms, few bits for uniform areas, more for
-    # colour, and smoothing of what is left around the edges.
+    # at a low cost: a look-ahead that keeps what does not move, large transforms, few bits for uniform areas, more
+    # for colour, and smoothing of what is left around the edges.
     "x264-params": "threads=1:asm=avx2:lookahead-threads=1:keyint=250:scenecut=0:b-adapt=0:mbtree=1:rc-lookahead=20"
     ":bframes=5:8x8dct=1:partitions=i4x4,i8x8,p8x8:aq-strength=0.6:chroma-qp-offset=-6:deblock=2,1",
 }

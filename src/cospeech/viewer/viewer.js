@@ -555,10 +555,8 @@ var CospeechViewer = (() => {
       this.clock = new Clock();
       this.look = "body"; this.trails = false; this.overlaid = false; this.time = 0;
       this.build();
-      if (this.startGraphics()) {
-        new ResizeObserver(() => this.resize()).observe(this.scene.canvas);
-        requestAnimationFrame(() => this.tick());
-      }
+      if (this.startGraphics()) new ResizeObserver(() => this.resize()).observe(this.scene.canvas);
+      requestAnimationFrame(() => this.tick());
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintBackground(); this.timeline.draw(); });
     }
 
@@ -617,7 +615,7 @@ var CospeechViewer = (() => {
       try {
         renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
       } catch {
-        this.say("This browser offers no WebGL, so bodies cannot be drawn in 3D. The sound, the timeline and the videos still play.");
+        this.say("This browser offers no WebGL, so bodies cannot be drawn in 3D. The sound and the timeline work without it, and so do the videos of a report.");
         this.canvas.hidden = true;
         return false;
       }
@@ -813,15 +811,19 @@ var CospeechViewer = (() => {
     }
 
     drawFrame() {
-      const { renderer, scene, camera } = this.scene, first = this.figures.findIndex(figure => figure.on);
-      this.figures.forEach((figure, k) => { if (figure.on) figure.show(this.time, this.look, this.trails, this.overlaid && k !== first); });
-      renderer.render(scene, camera);
-      this.placeNames();
+      if (this.scene) this.drawBodies();
       if (!this.live) this.clockText.textContent = `${words(this.time, true)} / ${words(this.clock.duration, false)}`;
       this.scrubber.setAttribute("aria-valuemax", this.clock.duration.toFixed(2));
       this.scrubber.setAttribute("aria-valuenow", this.time.toFixed(2));
       this.scrubber.setAttribute("aria-valuetext", words(this.time, true));
       this.timeline.cursor();
+    }
+
+    drawBodies() {
+      const { renderer, scene, camera } = this.scene, first = this.figures.findIndex(figure => figure.on);
+      this.figures.forEach((figure, k) => { if (figure.on) figure.show(this.time, this.look, this.trails, this.overlaid && k !== first); });
+      renderer.render(scene, camera);
+      this.placeNames();
     }
 
     /* The names of the bodies, below their feet; when they are overlaid, the chips say which is which. */
