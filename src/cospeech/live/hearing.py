@@ -29,6 +29,7 @@ from cospeech.kernels.jit import njit
 from cospeech.markov import labelled_hmm
 from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.speech import prosody, syllables
+from cospeech.speech.syllables import Syllable
 from cospeech.synthesis import live
 from cospeech.synthesis.live import Heard
 
@@ -197,7 +198,7 @@ class Hearing:
         self.n_samples += len(samples)
         if "syllables" in self._needs:
             for one in self._syllables.push(samples):
-                row = {"syllable": float(self._n_syllables), **one._asdict()}
+                row = {"syllable": float(self._n_syllables), **dict(zip(Syllable._fields, one, strict=True))}
                 self._waiting.append((live.frame_at(one.known_s, self.frame_s), row))
                 self._n_syllables += 1
         if self.recent is not None:
