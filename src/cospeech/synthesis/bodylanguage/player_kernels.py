@@ -125,10 +125,9 @@ def known(
     """Return what compiled code receives, and sections, beliefs and memory as views of it."""
     n, m = len(Sections._fields) - N_MOTION, len(Beliefs._fields)
     packed, views = pack([*sections[:n], *beliefs, *memory])
-    root_m, rotations, before = sections[n:]
     return (
-        (*packed, root_m, rotations, before, *rules),
-        Sections(*views[:n], root_m, rotations, before),
+        (*packed, sections.root_m, sections.rotations, sections.before, *rules),
+        Sections(*views[:n], *sections[n:]),
         Beliefs(*views[n : n + m]),
         Memory(*views[n + m :]),
     )
