@@ -15,6 +15,7 @@ From speech to motion with the small model that comes with the package:
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -507,6 +508,25 @@ def motion_library(
     return MotionLibrary(found, made)
 
 
+def with_keywords(model: ActorModel, keywords: Mapping[str, Sequence[int]]) -> ActorModel:
+    """Return a gesture controller that shows certain segments of its motion library when it hears certain words.
+
+    Parameters
+    ----------
+    model : the model of a gesture controller.
+    keywords : segments that each keyword calls for, as numbered in the table ``library`` of the model. They replace
+        the keywords that the model has.
+
+    Raises
+    ------
+    UserError : if the model is not a gesture controller that runs live, or a keyword has no segment of its library.
+    """
+    if model.system.model != "controller" or not model.system.live:
+        raise UserError(f"keywords need a model of 'controller', and this is one of '{model.system.name}'")
+    changed = controller.with_library(model.trained.model, None, keywords)
+    return model._replace(trained=model.trained._replace(model=changed))
+
+
 def synthesize(
     sound: str | Path | Floats,
     model: ActorModel,
@@ -515,6 +535,7 @@ def synthesize(
     seed: int | None = None,
     channel: int | None = None,
     body: pd.DataFrame | None = None,
+    words: pd.DataFrame | None = None,
 ) -> Performance:
     """Synthesize gestures for speech.
 
@@ -527,6 +548,8 @@ def synthesize(
     channel : channel of the file to use, counted from 1; by default all channels are mixed down to one.
     body : motion table that hips, spine, head and legs are taken from, as long as the sound; by default the body
         stands still.
+    words : the words of the speech with their times (schema ``words``), for a gesture controller with keywords: each
+        keyword calls for its gestures when it has been spoken.
 
     Returns
     -------
@@ -534,7 +557,8 @@ def synthesize(
 
     Raises
     ------
-    UserError : if the sound cannot be read or is not speech, or ``body`` is longer or shorter than the sound.
+    UserError : if the sound cannot be read or is not speech, ``body`` is longer or shorter than the sound, or
+        ``words`` contains no keyword of the model, or continues after the end of the sound.
 
     Examples
     --------
@@ -561,6 +585,7 @@ def synthesize(
         labels=segments.to_labels(clusters),
         prosody=table,
         syllables=syllables.table(name, syllables.find(samples, RATE_HZ)),
+        words=None if words is None else _keywords_in(words, model, len(samples) / RATE_HZ),
         driving_record=name,
         motion_fps=fps,
         n_motion_frames=n_frames,
@@ -668,6 +693,28 @@ def write_bvh(motion: pd.DataFrame, path: str | Path) -> None:
     >>> api.write_bvh(performance.motion, "speech.bvh")
     """
     bvh.write(motion, path)
+
+
+def _keywords_in(words: pd.DataFrame, model: ActorModel, duration_s: float) -> pd.DataFrame:
+    """Return the words that are keywords of a model, whatever their case, as the model spells them."""
+    method: Any = model.trained.method
+    known = method.controls(model.trained.model).keywords if hasattr(method, "controls") else ()
+    if not known:
+        raise UserError(f"this model of '{model.system.name}' has no keywords; give a gesture controller some first")
+    late = words[words["end_s"] > duration_s + 0.5]
+    if len(late):
+        word, end_s = late.iloc[0][["word", "end_s"]]
+        raise UserError(
+            f"the word '{word}' ends at {end_s:.3f} s, but the sound at {duration_s:.3f} s; give the words of the "
+            "sound"
+        )
+    spelled = {word.casefold(): word for word in known}
+    found = words.assign(word=words["word"].str.casefold().map(spelled)).dropna(subset="word")
+    if found.empty:
+        near = difflib.get_close_matches(next(iter(spelled)), words["word"].str.casefold().unique().tolist(), n=1)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        raise UserError(f"none of the keywords {', '.join(known)} is among the words{hint}")
+    return found
 
 
 def _samples(sound: str | Path | Floats, channel: int | None) -> Floats:

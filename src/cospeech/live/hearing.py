@@ -30,6 +30,7 @@ from cospeech.kernels.jit import njit
 from cospeech.markov import labelled_hmm
 from cospeech.markov.labelled_hmm import LabelledHMM
 from cospeech.speech import melody, melody_stream, prosody, syllables
+from cospeech.speech.syllables import Syllable
 from cospeech.synthesis import live
 from cospeech.synthesis.live import Heard
 
@@ -215,7 +216,7 @@ class Hearing:
             return
         if "syllables" in self._needs:
             for one in self._syllables.push(samples):
-                row = {"syllable": float(self._n_syllables), **one._asdict()}
+                row = {"syllable": float(self._n_syllables), **dict(zip(Syllable._fields, one, strict=True))}
                 self._waiting.append((live.frame_at(one.known_s, self.frame_s), row))
                 self._n_syllables += 1
         if self.recent is not None:
