@@ -48,6 +48,9 @@ def scores(actors):
                 named = {"system": system, "variant": "main", "actor": actor, "record": record, "minute": minute}
                 for measure, scale in (("normalised", 0.1), ("mahalanobis", 0.15), ("euclidean", 1.0)):
                     rows.append(named | {"draw": 0, "measure": measure, "lag_s": np.nan, "value": scale * level})
+                named["draw"], moves = 0, system != "still_head"
+                if moves:
+                    rows.append(named | {"measure": "speed_correlation", "lag_s": np.nan, "value": 0.5 - level / 40})
                 for lag_s in (-0.1, 0.0, 0.1):
                     value = 0.5 - abs(lag_s) - level / 40
                     rows.append(named | {"draw": 0, "measure": "speed_r", "lag_s": lag_s, "value": value})
@@ -86,6 +89,20 @@ def recovery(actors):
                 rows.append(own | {"value": height - abs(lag_s - 0.2), "actor": actor})
             rows.append({"quantity": "lag", "source": source, "value": 0.2, "n": 3000, "actor": actor})
     return head_recovery.table(rows)
+
+
+def transplant(actors):
+    record, actor = next(iter(actors.items()))
+    moved = {"speed_deg_s": 20.0, "spread_deg": 5.0, "patterns_per_minute": 40.0, "pattern_distance": 0.2}
+    named = {"record": record, "voice_actor": actor, "system": "nods", "variant": "main"}
+    rows = [
+        named | moved | {"source": source, "model_actor": model, "melody_ami": agreed}
+        for source, model, agreed in (
+            ("voice_recorded", actor, None), ("own_model", actor, None),
+            ("transplant", "deniz", 0.7), ("model_recorded", "deniz", None),
+        )
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def captured(actors):
@@ -147,5 +164,6 @@ def results(actors):
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
         "evaluation/head_recovery.parquet": (recovery(actors), "head_recovery"),
         "evaluation/head_capture.parquet": (captured(actors), "head_capture"),
+        "evaluation/head_transplant.parquet": (transplant(actors), "head_transplant"),
         "capture/head/accuracy.parquet": (accuracy(), "head_accuracy"),
     }

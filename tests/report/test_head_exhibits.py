@@ -22,7 +22,12 @@ def test_the_board_lists_each_system_above_its_controls():
     assert [row.line.system for row in board.rows] == [
         "nods", "nods_shuffled", "nods_shifted", "baseline", "baseline_shuffled", "baseline_shifted", "still_head"
     ]  # fmt: skip
-    assert board.heads == ["normalised distance", "Mahalanobis distance", "Euclidean distance (°)"]
+    assert board.heads == [
+        "normalised distance",
+        "Mahalanobis distance",
+        "Euclidean distance (°)",
+        "correlation of speeds",
+    ]
     own = SESSIONS[(SESSIONS["system"] == "nods") & SESSIONS["other"].isna() & (SESSIONS["unit"] == "record")]
     mean = own.loc[own["measure"] == "euclidean", "value"].item()
     assert board.rows[0].cells[2].value == f"{mean:.2f}"
@@ -39,10 +44,16 @@ def test_published_distances_stand_next_to_those_of_the_first_two_systems():
 
 def test_findings_say_what_the_intervals_allow():
     drawn = head_scores.differences(RUN_OF_HEADS, SESSIONS)
-    first, second, *_ = head_findings(RUN_OF_HEADS, drawn.numbers, None)
-    assert "is nearer to the recorded head than" in first.claim
-    assert "“A head that does not move”" in first.claim
-    assert "is farther from it than “Nodding head”" in second.claim
+    first, second, last = head_findings(RUN_OF_HEADS, drawn.numbers, None)
+    assert first.claim == "“Nodding head” moves with the voice."
+    assert first.evidence[0].startswith("correlation of angular speeds, minus own speech, shifted: +0.")
+    assert second.claim == "“Baseline” moves with the voice."
+    assert last.claim == "“A head that does not move” is farther from the recorded head than “Nodding head”."
+    swapped = drawn.numbers.assign(**{name: -drawn.numbers[name] for name in ("value", "low", "high")})
+    swapped = swapped.rename(columns={"low": "high", "high": "low"})
+    first, _, last = head_findings(RUN_OF_HEADS, swapped, None)
+    assert first.claim == "“Nodding head” cannot be shown to move with the voice."
+    assert last.claim == "“A head that does not move” is nearer to the recorded head than “Nodding head”."
     one = drawn.numbers.assign(n=2)
     [few] = head_findings(RUN_OF_HEADS, one, None)
     assert few.claim.startswith("2 records cannot distinguish")
