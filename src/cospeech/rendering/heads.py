@@ -16,7 +16,7 @@ from PIL import ImageDraw
 
 from cospeech.data import segments
 from cospeech.data.arrays import Floats
-from cospeech.formats import canvas, mp4
+from cospeech.formats import canvas
 from cospeech.formats.canvas import Image
 from cospeech.motion import head, skeleton
 from cospeech.rendering import figure, picture, video
@@ -108,12 +108,9 @@ def write_video(
     shown_s = len(first) / rate
     if longest_s is not None and shown_s > longest_s:
         shown_s, caption = longest_s, f"{caption} · first {longest_s:g} s"
+    film = None if footage is None else video.Film(footage, rate, len(first), height_px, caption)
     images = render(panels, fps, height_px, shown_s, caption)
-    n_images = max(1, round(shown_s * fps))
-    if footage is not None:
-        frames = np.minimum((segments.frame_times(n_images, fps) * rate).astype(int), len(first) - 1)
-        images = video.with_footage(images, footage, frames, height_px, caption)
-    mp4.encode(path, images, fps, mp4.read_sound(sound, n_images / fps) if sound else None)
+    video.encode(path, images, fps, max(1, round(shown_s * fps)), sound, film)
 
 
 def liveliest(angles: pd.DataFrame) -> Floats:
