@@ -161,28 +161,32 @@ def write_video(
         panels = [panel.head(n_frames) for panel in panels]
         caption = f"{caption} · first {longest_s:g} s"
     motion = panels[0].motion
-    film = None if footage is None else Film(footage, skeleton.frame_rate(motion), len(motion), height_px, caption)
-    encode(path, render(panels, fps, height_px, caption), fps, n_video_frames(motion, fps), sound, film)
+    n_images = n_video_frames(motion, fps)
+    film = None if footage is None else Film(footage, skeleton.frame_rate(motion), len(motion))
+    images = filmed(render(panels, fps, height_px, caption), film, fps, n_images, height_px, caption)
+    encode(path, images, fps, n_images, sound)
 
 
 class Film(NamedTuple):
-    """The film on the left of a video: its file, frame rate, number of pictures, height and caption."""
+    """A film that is shown on the left of a video: its file, frame rate and number of pictures."""
 
     path: str | Path
     fps: float
     n_pictures: int
-    height_px: int
-    caption: str
 
 
-def encode(
-    path: str | Path, images: Iterator[Image], fps: float, n_images: int, sound: str | Path | None, film: Film | None
-) -> None:
-    """Write ``n_images`` images (H, W, 3) to ``path`` as MP4, with the beginning of a sound and a film, if any."""
-    if film is not None:
-        frames = (segments.frame_times(n_images, fps) * film.fps).astype(int)
-        shown = np.minimum(frames, film.n_pictures - 1)
-        images = with_footage(images, film.path, shown, film.height_px, film.caption)
+def filmed(
+    images: Iterator[Image], film: Film | None, fps: float, n_images: int, height_px: int, caption: str
+) -> Iterator[Image]:
+    """Return ``n_images`` images at ``fps`` with a film on the left, if there is one; see ``with_footage``."""
+    if film is None:
+        return images
+    frames = np.minimum((segments.frame_times(n_images, fps) * film.fps).astype(int), film.n_pictures - 1)
+    return with_footage(images, film.path, frames, height_px, caption)
+
+
+def encode(path: str | Path, images: Iterator[Image], fps: float, n_images: int, sound: str | Path | None) -> None:
+    """Write ``n_images`` images (H, W, 3) to ``path`` as MP4, with the beginning of an audio file if one is named."""
     mp4.encode(path, images, fps, mp4.read_sound(sound, n_images / fps) if sound else None)
 
 
