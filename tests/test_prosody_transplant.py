@@ -1,4 +1,4 @@
-"""The prosody transplant of Sargin 2006, 4.4.3: English read by a person moves the head of a Turkish virtual speaker."""
+"""The prosody transplant of Sargin 2006, 4.4.3: read English moves the head of a Turkish virtual speaker."""
 
 from pathlib import Path
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from cospeech.evaluation import head_recovery, head_sessions
+from cospeech.evaluation import head_readings, head_recovery, head_sessions
 from cospeech.evaluation.sessions import Bootstrap
 from cospeech.motion import head
 from cospeech.report import systems
@@ -105,6 +105,14 @@ def transplant(actors):
     return pd.DataFrame(rows)
 
 
+def readings():
+    rows = [
+        {"equation": "4.5", "quantity": "largest error, °", "as_printed": 50.0, "as_read": 0.0},
+        {"equation": "4.20", "quantity": "a head that does not move", "as_printed": 900.0, "as_read": 1.0},
+    ]
+    return head_readings.table(rows)
+
+
 def captured(actors):
     parts = []
     for place, (record, actor) in enumerate(actors.items()):
@@ -164,6 +172,7 @@ def results(actors):
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
         "evaluation/head_recovery.parquet": (recovery(actors), "head_recovery"),
         "evaluation/head_capture.parquet": (captured(actors), "head_capture"),
+        "evaluation/head_readings.parquet": (readings(), "head_readings"),
         "evaluation/head_transplant.parquet": (transplant(actors), "head_transplant"),
         "capture/head/accuracy.parquet": (accuracy(), "head_accuracy"),
     }

@@ -230,6 +230,26 @@ LISTENING = [name for name in [*HEADS_TOGETHER, *HEADS_APART] if HEADS[name].rol
 HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])]
 
 
+# The equations that are read otherwise than printed, on the first record and the patterns learnt without it.
+READ_RECORD = list(RECORDS)[0]
+if HEADS_SHOWN and "head_patterns" in HEADS[HEADS_SHOWN[0]].tables:
+
+    rule head_readings:
+        input:
+            made=expand(made_by(HEADS_SHOWN[0], "head.parquet"), record=READ_RECORD),
+            melody=f"{RESULTS}/speech/{READ_RECORD}/melody.parquet",
+            head=f"{RESULTS}/head/{READ_RECORD}.parquet",
+        output:
+            table=f"{RESULTS}/evaluation/head_readings.parquet",
+        params:
+            patterns=f"{place_of_patterns(HEADS_SHOWN[0])}/{READ_RECORD}/head_patterns.parquet",
+            seed=config["seed"],
+        message:
+            "equations of Sargin 2006 as printed and as read"
+        script:
+            "../../scripts/evaluation/head_readings.py"
+
+
 def film_of_head(wildcards):
     """The film of a head, as the left camera sees it."""
     return RECORDS[wildcards.record]["film_left"] or []

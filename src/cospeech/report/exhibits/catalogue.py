@@ -115,6 +115,7 @@ SOURCES = {
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
     "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
     "head_transplant": Source("evaluation/head_transplant.parquet", "head_transplant"),
+    "head_readings": Source("evaluation/head_readings.parquet", "head_readings"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
@@ -353,6 +354,10 @@ EXHIBITS = (
     Exhibit(
         "fig-head-recovery", "head", "head:recovered",
         sources={"recovery": "head_recovery"}, needs=("heads", "planted_heads"), show="head:recovery_table",
+    ),
+    Exhibit(
+        "table-head-readings", "head", "head:readings", document=SARGIN_2006, figure=False,
+        sources={"readings": "head_readings"}, needs=("heads", "head_curves"), show="head:readings_table",
     ),
     Exhibit(
         "table-head-transplant", "head", "transplant:heads", document=SARGIN_2006, figure=False,
