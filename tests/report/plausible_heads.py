@@ -107,8 +107,14 @@ def transplant(actors):
 
 def readings():
     rows = [
-        {"equation": "4.5", "quantity": "largest error, °", "as_printed": 50.0, "as_read": 0.0},
-        {"equation": "4.20", "quantity": "a head that does not move", "as_printed": 900.0, "as_read": 1.0},
+        {"equation": "4.5", "quantity": "largest error", "unit": "°", "as_printed": 50.0, "as_read": 0.0},
+        {
+            "equation": "4.20",
+            "quantity": "a head that does not move",
+            "unit": "",
+            "as_printed": 900.0,
+            "as_read": 1.0,
+        },
     ]
     return head_readings.table(rows)
 

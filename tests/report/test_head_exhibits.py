@@ -10,7 +10,7 @@ import pytest
 from plausible import RUN
 
 from cospeech.report.exhibits import head as heads
-from cospeech.report.exhibits import head_curves, head_patterns, head_scores
+from cospeech.report.exhibits import head_curves, head_patterns, head_scores, transplant
 from cospeech.report.page.head_findings import head_findings
 
 RUN_OF_HEADS = dataclasses.replace(RUN, heads=plausible_heads.SYSTEMS, shown_heads=plausible_heads.SHOWN)
@@ -99,6 +99,30 @@ def test_each_criterion_chooses_its_best_number_of_patterns():
     [pair] = head_curves.compare(RUN, own, RUN.published["head-fig-4.10"])
     assert pair.published == "6 (by α and β together)"
     assert pair.ours == "α: 8, β: 2, BIC per frame: 5, stability over restarts: 2"
+
+
+def test_transplanted_heads_stand_between_recorded_ones():
+    drawn = transplant.heads(RUN_OF_HEADS, plausible_heads.transplant(plausible.ACTORS))
+    rows = transplant.head_table(RUN_OF_HEADS, drawn.numbers).rows
+    assert [row[1].split(", ")[1] for row in rows] == [
+        "recorded with this voice", "own model", "transplant", "recorded"
+    ]  # fmt: skip
+    assert [row[-1] for row in rows] == ["", "", "0.70", ""]
+    assert rows[3][0] == ""
+    assert set(drawn.numbers["title"]) == {"Nodding head"}
+
+
+def test_readings_have_their_units():
+    rows = heads.readings_table(RUN, plausible_heads.readings()).rows
+    assert rows[0] == [
+        "4.5",
+        "Euler angles are added",
+        "rotations are composed",
+        "largest error",
+        "50.00 °",
+        "0.00 °",
+    ]
+    assert rows[1][4:] == ["900.00", "1.00"]
 
 
 def test_every_stage_of_generation_is_drawn():

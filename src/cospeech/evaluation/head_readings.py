@@ -25,7 +25,7 @@ PRINTED = {
 }
 """Each equation as printed, and as it is read."""
 
-COLUMNS = ["equation", "printed", "read", "quantity", "as_printed", "as_read"]
+COLUMNS = ["equation", "printed", "read", "quantity", "unit", "as_printed", "as_read"]
 
 
 def readings(patterns: pd.DataFrame, melody: pd.DataFrame, original: pd.DataFrame) -> list[dict[str, Any]]:
@@ -44,9 +44,9 @@ def readings(patterns: pd.DataFrame, melody: pd.DataFrame, original: pd.DataFram
     distance = scoring.scores(original, still).set_index("measure")["value"]["normalised"]
     n_known = int(original[head.COLUMNS].notna().all(axis=1).sum())
     return [
-        _row("4.1.2", "deviation of the noise relative to that of the pitch", 1.0 / hertz, noise),
-        _row("4.3", "share of a pattern's frames in its last state, %", *_last_state(patterns)),
-        _row("4.20", "distance of a head that does not move", float(distance) * n_known, float(distance)),
+        _row("4.1.2", "deviation of the noise relative to that of the pitch", "", 1.0 / hertz, noise),
+        _row("4.3", "share of a pattern's frames in its last state", "%", *_last_state(patterns)),
+        _row("4.20", "distance of a head that does not move", "", float(distance) * n_known, float(distance)),
     ]
 
 
@@ -57,8 +57,8 @@ def table(rows: list[dict[str, Any]]) -> pd.DataFrame:
     return found.assign(printed=equations.str[0], read=equations.str[1])[COLUMNS]
 
 
-def _row(equation: str, quantity: str, as_printed: float, as_read: float) -> dict[str, Any]:
-    return {"equation": equation, "quantity": quantity, "as_printed": as_printed, "as_read": as_read}
+def _row(equation: str, quantity: str, unit: str, as_printed: float, as_read: float) -> dict[str, Any]:
+    return {"equation": equation, "quantity": quantity, "unit": unit, "as_printed": as_printed, "as_read": as_read}
 
 
 def _last_state(patterns: pd.DataFrame) -> tuple[float, float]:

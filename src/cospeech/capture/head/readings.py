@@ -26,10 +26,11 @@ LARGEST_DEG = 30.0
 
 
 class Reading(NamedTuple):
-    """What an equation gives, of a ``quantity`` with its unit, as printed and as read."""
+    """What an equation gives, of a ``quantity`` in a ``unit``, as printed and as read."""
 
     equation: str
     quantity: str
+    unit: str
     as_printed: float
     as_read: float
 
@@ -61,7 +62,7 @@ def _translation(rng: np.random.Generator) -> Reading:
     centre = source.mean(axis=0)
     shifts = target.mean(axis=0) - centre, target.mean(axis=0) - found @ centre
     errors = [1000.0 * float(np.linalg.norm(found @ centre + shift - target.mean(axis=0))) for shift in shifts]
-    return Reading("B.2", "error of the place after a turn of 10°, mm", *errors)
+    return Reading("B.2", "error of the place after a turn of 10°", "mm", *errors)
 
 
 def _newton(rng: np.random.Generator) -> list[Reading]:
@@ -76,10 +77,10 @@ def _newton(rng: np.random.Generator) -> list[Reading]:
             searches.append([newton_rotation(*faces, variant) for variant in (Variant.PRINTED, Variant.CORRECTED)])
         if angle == 30.0:
             steps = [float(np.mean([pair[place].n_steps for pair in searches])) for place in (0, 1)]
-            found.append(Reading("B.10, B.15", "Newton steps for a rotation of 30°", *steps))
+            found.append(Reading("B.10, B.15", "Newton steps for a rotation of 30°", "", *steps))
         else:
             shares = [100.0 * float(np.mean([pair[place].converged for pair in searches])) for place in (0, 1)]
-            found.append(Reading("B.10, B.15", "rotations of 130° that are found, %", *shares))
+            found.append(Reading("B.10, B.15", "rotations of 130° that are found", "%", *shares))
     return found
 
 
@@ -89,7 +90,7 @@ def _arctan() -> Reading:
     turned = rotation.from_euler("XYZ", np.column_stack([nods, 0.0 * nods, 0.0 * nods]))
     quotient = np.degrees(np.arctan(-turned[:, 1, 2] / turned[:, 2, 2]))
     errors = [float(np.abs(own - nods).max()) for own in (quotient, rotation.to_euler("XYZ", turned)[:, 0])]
-    return Reading("4.4", "largest error of the nod within ±120°, °", *errors)
+    return Reading("4.4", "largest error of the nod within ±120°", "°", *errors)
 
 
 def _increments() -> Reading:
@@ -104,7 +105,7 @@ def _increments() -> Reading:
         places.append(composed)
     followed = rotation.to_euler("XYZ", np.array(places))
     errors = [float(np.abs(own - true[1:]).max()) for own in (added, followed)]
-    return Reading("4.5", f"largest error after {SECONDS:g} s of movement within ±{LARGEST_DEG:g}°, °", *errors)
+    return Reading("4.5", f"largest error in {SECONDS:g} s of movement within ±{LARGEST_DEG:g}°", "°", *errors)
 
 
 def _filter(rng: np.random.Generator) -> Reading:
@@ -115,4 +116,4 @@ def _filter(rng: np.random.Generator) -> Reading:
         float(np.sqrt(((smoothing.smoothed_angles(measured, FPS, how) - true) ** 2).mean()))
         for how in (Smoothing.KALMAN, Smoothing.SMOOTHER)
     ]
-    return Reading("4.6, 4.7", f"error left of {smoothing.ANGLE_SD_DEG:g}° of noise, °", *errors)
+    return Reading("4.6, 4.7", f"error left of {smoothing.ANGLE_SD_DEG:g}° of noise", "°", *errors)

@@ -150,12 +150,8 @@ def readings_table(_: Run, found: pd.DataFrame) -> Table:
     """Return these equations for the page."""
     rows = [
         [
-            row["equation"],
-            row["printed"],
-            row["read"],
-            row["quantity"],
-            number(row["as_printed"]),
-            number(row["as_read"]),
+            *(row[name] for name in ("equation", "printed", "read", "quantity")),
+            *(f"{number(row[name])} {row['unit']}".rstrip() for name in ("as_printed", "as_read")),
         ]
         for _, row in found.iterrows()
     ]

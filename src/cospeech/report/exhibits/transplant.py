@@ -42,7 +42,7 @@ def head_table(_: Run, numbers: pd.DataFrame) -> Table:
     """Return the table of heads for the page."""
     rows = [
         [
-            f"{row['record']} ({row['voice_actor']})",
+            "" if row["source"] == "model_recorded" else f"{row['record']} ({row['voice_actor']})",
             f"{row['model_actor']}, {SOURCES[row['source']]}",
             *(number(row[name]) for name in ("speed_deg_s", "spread_deg", "patterns_per_minute", "pattern_distance")),
             "" if pd.isna(row["melody_ami"]) else number(row["melody_ami"]),
