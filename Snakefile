@@ -101,7 +101,7 @@ MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
 # The records whose heads were filmed, and the heads that are shown.
 FILMED_HEADS = [record for record, given in RECORDS.items() if given["film_left"]]
-HEADS_SHOWN, PORTRAYED = [], []
+HEADS_SHOWN, PORTRAYED, TRANSPLANTED_HEADS = [], [], []
 
 if RECORDS:
 

@@ -25,6 +25,9 @@ REPORTED = as_reported(SYSTEMS)
 if SYSTEMS and "motion" in BRINGS:
     title = "Original motion, labelled by the same model"
     REPORTED[ORIGINAL] = {"title": title, "role": "ceiling", "variant": variant_of(ORIGINAL), "plans": False}
+REPORTED_HEADS = as_reported(HEADS)
+if HEADS:
+    REPORTED_HEADS[SHIFTED_HEAD] = {"title": "The recorded head itself, shifted", "role": "control"}
 KNOWN = reported.from_params(REPORTED)
 PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
 IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
@@ -39,6 +42,7 @@ MET = [
         "sweep": SYSTEMS and SWEEP,
         "two_actors": len(ACTORS) > 1,
         "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
+        "head_transplant": TRANSPLANTED_HEADS,
         "takes": CAPTURED,
         "filmed": FILMED,
         "all_filmed": ALL_FILMED,
@@ -70,7 +74,7 @@ SOURCE_NAMES = {
 # What every drawing function and the page may ask about the run.
 ABOUT_RUN = {
     "systems": REPORTED,
-    "heads": as_reported(HEADS),
+    "heads": REPORTED_HEADS,
     "shown_heads": HEADS_SHOWN,
     "actors": {record: actor_of(record) for record in RECORDS},
     "pictured": PICTURED,
@@ -195,6 +199,16 @@ CLIPS |= {
         "description": f"Record {record}: the original head, synthesised heads and a control side by side",
     }
     for record in PORTRAYED
+}
+
+CLIPS |= {
+    f"{RESULTS}/transplant/{actor}/{record}/heads.mp4": {
+        "section": "head",
+        "group": "transplanted head",
+        "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
+        "description": f"Record {record}: the original head, its own actor's model and the model of {actor}",
+    }
+    for actor, record in TRANSPLANTED_HEADS
 }
 
 # The scripts that bring the records to the 3D viewer.

@@ -41,6 +41,9 @@ CONDITIONS = (
     Condition("sweep", "the configuration sweeps over no setting"),
     Condition("two_actors", "there is only one actor"),
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
+    Condition(
+        "head_transplant", "no actor's model of the head was driven by another actor's voice", also="videos of it"
+    ),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),
     Condition("all_filmed", "not all records were filmed"),
@@ -113,6 +116,8 @@ SOURCES = {
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
     "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
+    "head_transplant": Source("evaluation/head_transplant.parquet", "head_transplant"),
+    "head_readings": Source("evaluation/head_readings.parquet", "head_readings"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
@@ -358,6 +363,14 @@ EXHIBITS = (
     Exhibit(
         "fig-head-recovery", "head", "head:recovered",
         sources={"recovery": "head_recovery"}, needs=("heads", "planted_heads"), show="head:recovery_table",
+    ),
+    Exhibit(
+        "table-head-readings", "head", "head:readings", document=SARGIN_2006, figure=False,
+        sources={"readings": "head_readings"}, needs=("heads", "head_curves"), show="head:readings_table",
+    ),
+    Exhibit(
+        "table-head-transplant", "head", "transplant:heads", document=SARGIN_2006, figure=False,
+        sources={"transplant": "head_transplant"}, needs=("heads", "head_transplant"), show="transplant:head_table",
     ),
     Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,

@@ -136,6 +136,28 @@ def accuracy_table(_: Run, worst: pd.DataFrame) -> Table:
     return Table.of(headings, rows, words=(3, 4))
 
 
+def readings(_: Run, readings: pd.DataFrame) -> Drawing:
+    """Return what equations give as printed and as read.
+
+    Parameters
+    ----------
+    readings : the table ``head_readings``.
+    """
+    return Drawing(readings)
+
+
+def readings_table(_: Run, found: pd.DataFrame) -> Table:
+    """Return these equations for the page."""
+    rows = [
+        [
+            *(row[name] for name in ("equation", "printed", "read", "quantity")),
+            *(f"{number(row[name])} {row['unit']}".rstrip() for name in ("as_printed", "as_read")),
+        ]
+        for _, row in found.iterrows()
+    ]
+    return Table.of(["equation", "printed", "read as", "what is measured", "as printed", "as read"], rows, (1, 2, 3))
+
+
 def recovered(_: Run, recovery: pd.DataFrame) -> Drawing:
     """Draw the information between patterns of head and melody over the lag, planted and found.
 
