@@ -40,6 +40,7 @@ def head_params(systems, apart):
         "shared": SHARED_SETTINGS,
         "own": own_settings(systems),
         "wrong": {"shift_s": SYNTHESIS["shift_s"], **config["evaluation"]["interior"]},
+        "shown": next(iter(RECORDS)),
         "seed": config["seed"],
         "method_code": code_hash.modules_hash(
             [name for system in systems for name in (HEADS[system].method, HEADS[system].schemas) if name]

@@ -96,6 +96,8 @@ def _correlation(true: Floats, own: Floats, lag: int) -> float:
     """Return the correlation of the true speed with another one ``lag`` frames later; NaN if one does not vary."""
     first, second = (true[: len(true) - lag], own[lag:]) if lag >= 0 else (true[-lag:], own[:lag])
     known = np.isfinite(first + second)
-    if known.sum() < FEWEST_FRAMES or np.ptp(first[known]) == 0.0 or np.ptp(second[known]) < 1e-9:
+    first, second = first[known], second[known]
+    if len(first) < FEWEST_FRAMES or np.ptp(first) == 0.0 or np.ptp(second) < 1e-9:
         return float("nan")
-    return float(np.corrcoef(first[known], second[known])[0, 1])
+    first, second = first - first.mean(), second - second.mean()
+    return float(first @ second / np.sqrt((first @ first) * (second @ second)))
