@@ -10,12 +10,18 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cospeech import api
+from cospeech.api import heads, trained
 from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.formats import sound
 from cospeech.motion import skeleton
 
-EXAMPLES = [test for test in doctest.DocTestFinder().find(api, "api", globs={"api": api}) if test.examples]
+EXAMPLES = [
+    test
+    for module in (api, heads, trained)
+    for test in doctest.DocTestFinder().find(module, "api", globs={"api": api})
+    if test.examples
+]
 
 
 @pytest.fixture(scope="session")
@@ -53,7 +59,7 @@ def test_examples(folder, example):
 
 def test_every_function_has_an_example():
     functions = inspect.getmembers(api, inspect.isfunction)
-    public = {f"api.{name}" for name, made in functions if made.__module__ == api.__name__ and name[0] != "_"}
+    public = {f"api.{name}" for name, _ in functions if name in api.__all__}
     assert {example.name for example in EXAMPLES} == public | {"api"}
 
 
