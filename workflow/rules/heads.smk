@@ -232,7 +232,7 @@ HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])
 
 # The equations that are read otherwise than printed, on the first record and the patterns learnt without it.
 READ_RECORD = list(RECORDS)[0]
-if HEADS_SHOWN and "head_patterns" in HEADS[HEADS_SHOWN[0]].tables:
+if HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports:
 
     rule head_readings:
         input:
