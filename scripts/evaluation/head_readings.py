@@ -6,10 +6,17 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     planted = [reading._asdict() for reading in readings.readings(work.params["seed"])]
-    patterns = work.read(work.params["patterns"], "hmm_model")
+    if work.input.accuracy:
+        planted += head_readings.flows(work.read(work.input.accuracy, "head_accuracy"))
+    patterns, curves = (
+        work.read(work.params[name], schema)
+        for name, schema in (("patterns", "hmm_model"), ("curves", "head_curves"))
+    )
     melody, original = work.read(work.input.melody, "melody"), work.read(work.input.head, "head")
     work.write(
-        head_readings.table([*planted, *head_readings.readings(patterns, melody, original)]),
+        head_readings.table(
+            [*planted, *head_readings.readings(patterns, melody, original), *head_readings.choices(curves)]
+        ),
         work.output.table,
         "head_readings",
     )

@@ -233,17 +233,19 @@ HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])
 
 # The equations that are read otherwise than printed, on the first record and the patterns learnt without it.
 READ_RECORD = list(RECORDS)[0]
-if HEADS_SHOWN and "head_patterns" in HEADS[HEADS_SHOWN[0]].tables:
+if HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports:
 
     rule head_readings:
         input:
             made=expand(made_by(HEADS_SHOWN[0], "head.parquet"), record=READ_RECORD),
             melody=f"{RESULTS}/speech/{READ_RECORD}/melody.parquet",
             head=f"{RESULTS}/head/{READ_RECORD}.parquet",
+            accuracy=f"{RESULTS}/capture/head/accuracy.parquet" if VIRTUAL and FILMED_HEADS else [],
         output:
             table=f"{RESULTS}/evaluation/head_readings.parquet",
         params:
             patterns=f"{place_of_patterns(HEADS_SHOWN[0])}/{READ_RECORD}/head_patterns.parquet",
+            curves=f"{place_of_patterns(HEADS_SHOWN[0])}/{READ_RECORD}/curves.parquet",
             seed=config["seed"],
         message:
             "equations of Sargin 2006 as printed and as read"

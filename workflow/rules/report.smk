@@ -27,7 +27,7 @@ if SYSTEMS and "motion" in BRINGS:
     REPORTED[ORIGINAL] = {"title": title, "role": "ceiling", "variant": variant_of(ORIGINAL), "plans": False}
 REPORTED_HEADS = as_reported(HEADS)
 if HEADS:
-    REPORTED_HEADS[SHIFTED_HEAD] = {"title": "The recorded head itself, shifted", "role": "control"}
+    REPORTED_HEADS[SHIFTED_HEAD] = {"title": "The recorded head at other moments", "role": "control"}
 KNOWN = reported.from_params(REPORTED)
 PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
 IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []

@@ -19,9 +19,12 @@ PRINTED = {
     "4.4": ("arctangent of a quotient", "arctangent of two arguments"),
     "4.5": ("Euler angles are added", "rotations are composed"),
     "4.6, 4.7": ("Kalman filter", "the same with a smoother"),
+    "4.1.1": ("flow to the reference image, from 25° on between images", "flow to the warped reference image"),
     "4.1.2": ("noise of unit variance in gaps", "the same, after pitch is divided by its deviation"),
     "4.3": ("occupancies from the diagonal of A^d", "shares of the expected durations 1 / (1 − a)"),
+    "4.14–4.16": ("β chooses the number of patterns", "β and BIC are reported, and choose nothing"),
     "4.20": ("a sum over frames", "their mean"),
+    "4.21": ("compared between two models", "compared with the mean head"),
 }
 """Each equation as printed, and as it is read."""
 
@@ -29,7 +32,7 @@ COLUMNS = ["equation", "printed", "read", "quantity", "unit", "as_printed", "as_
 
 
 def readings(patterns: pd.DataFrame, melody: pd.DataFrame, original: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the readings of 4.1.2, 4.3 and 4.20 for a record, one row each.
+    """Return the readings of 4.1.2, 4.3, 4.20 and 4.21 for a record, one row each.
 
     Parameters
     ----------
@@ -42,12 +45,36 @@ def readings(patterns: pd.DataFrame, melody: pd.DataFrame, original: pd.DataFram
     noise = float(melody.loc[~active, "pitch"].std() / melody.loc[active, "pitch"].std())
     still = head.table(np.zeros((len(original), 3)), head.frame_rate(original))
     distance = scoring.scores(original, still).set_index("measure")["value"]["normalised"]
-    n_known = int(original[head.COLUMNS].notna().all(axis=1).sum())
+    known = original[head.COLUMNS].dropna().to_numpy(dtype=float)
+    mean = scoring.distances(known, np.tile(known.mean(axis=0), (len(known), 1)))["mahalanobis"]
     return [
         _row("4.1.2", "deviation of the noise relative to that of the pitch", "", 1.0 / hertz, noise),
         _row("4.3", "share of a pattern's frames in its last state", "%", *_last_state(patterns)),
-        _row("4.20", "distance of a head that does not move", "", float(distance) * n_known, float(distance)),
+        _row("4.20", "distance of a head that does not move", "", float(distance) * len(known), float(distance)),
+        _row("4.21", "distance of the mean head", "", np.nan, mean),
     ]
+
+
+def choices(curves: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return how many patterns β (as printed) and BIC choose (schema ``head_curves``; 4.14-4.16)."""
+    rows = []
+    for stream in ("head", "melody"):
+        own = curves[curves["stream"] == stream].set_index("n_patterns")
+        counts = own.index.to_numpy(dtype=float)
+        chosen = float(counts[own["beta"].argmax()]), float(counts[own["bic"].argmin()])
+        rows.append(_row("4.14–4.16", f"patterns of the {stream} that β and BIC choose", "", *chosen))
+    return rows
+
+
+def flows(accuracy: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the error of captured poses by both kinds of optical flow (schema ``head_accuracy``; 4.1.1).
+
+    It is the mean over the axes in the first of the films, which has the largest images and the least noise.
+    """
+    film = ["width_px", "contrast", "noise", "depth"]
+    own = accuracy.merge(accuracy[film].head(1), on=film)
+    errors = own.groupby("flow")["mean_deg"].mean()
+    return [_row("4.1.1", "mean error of captured poses within ±30°", "°", errors["printed"], errors["warped"])]
 
 
 def table(rows: list[dict[str, Any]]) -> pd.DataFrame:

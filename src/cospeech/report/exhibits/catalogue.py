@@ -42,7 +42,9 @@ CONDITIONS = (
     Condition("two_actors", "there is only one actor"),
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
     Condition(
-        "head_transplant", "no actor's model of the head was driven by another actor's voice", also="videos of it"
+        "head_transplant",
+        "no actor's model of the head was driven by another actor's voice",
+        also="videos of such heads",
     ),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),

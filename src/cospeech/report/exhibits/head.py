@@ -158,7 +158,7 @@ def readings_table(_: Run, found: pd.DataFrame) -> Table:
             *(row[name] for name in ("equation", "printed", "read", "quantity")),
             *(f"{number(row[name])} {row['unit']}".rstrip() for name in ("as_printed", "as_read")),
         ]
-        for _, row in found.iterrows()
+        for _, row in found.fillna({"unit": ""}).iterrows()  # a CSV file has nothing for an empty unit
     ]
     return Table.of(["equation", "printed", "read as", "what is measured", "as printed", "as read"], rows, (1, 2, 3))
 

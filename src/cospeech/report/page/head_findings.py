@@ -41,7 +41,7 @@ def head_findings(run: Run, differences: pd.DataFrame | None, captured: pd.DataF
 
 
 def _follows(run: Run, system: System, differences: pd.DataFrame) -> Finding:
-    """Return whether a head moves when the recorded one does, beyond the same system that hears shifted speech."""
+    """Return whether a head moves when the recorded one does, beyond the same system that hears the wrong moment."""
     control = system.controls[-1]
     own = differences[(differences["measure"] == FOLLOWS) & (differences["other"] == control)]
     own = own[own["system"] == system.name].rename(columns={"value": "difference"})
