@@ -97,6 +97,15 @@ def test_a_line_that_cannot_be_used_is_reported_and_the_others_go_on(films, line
     assert message in sheet.notes[0]
 
 
+def test_the_files_of_a_sheet_are_those_that_exist(films):
+    sheet = films / "some.csv"
+    sheet.write_text(
+        "file,speaker,phrase,session,sound\na.mkv,x,X,,\nnone.mkv,x,X,,\nb.mkv,x,X,,a.mkv\n", encoding="utf-8"
+    )
+    assert clips.files(sheet) == [str(films / "a.mkv"), str(films / "b.mkv")]
+    assert clips.files(films / "none.csv") == []
+
+
 def test_different_frame_rates_are_noted(films):
     sheet = read(films, f"{HEADER}a.mkv,ayla,Ayla Can,1\nfast.mkv,ayla,Ayla Can,1\n")
     assert len(sheet.clips) == 2

@@ -4,8 +4,12 @@ import numpy as np
 import planted_population as planted
 import pytest
 
+from cospeech.data.segments import frame_times
 from cospeech.identity import delay, features
 from cospeech.identity.delay import Settings
+from cospeech.speech import mfcc
+from cospeech.studio.population import speakers, voice
+from cospeech.studio.population.settings import Settings as Population
 
 QUICK = Settings(longest_s=0.25, samples=30)
 
@@ -72,6 +76,29 @@ def test_clips_that_are_too_short_have_no_delay():
 def test_a_delay_beyond_the_longest_is_not_reported():
     found = delay.find(speaking(9, 12), QUICK._replace(longest_s=0.1), 1)
     assert "at least 0.10 s" in found.doubt
+
+
+@pytest.mark.slow
+def test_voices_played_backward_precede_the_mouth_by_as_much_as_they_lag_behind_it_forward():
+    """No time is counted wrongly: an error in the times of frames would have the same sign in both directions."""
+    settings = Population(20, 1, 2, 1.0, 0.3, 1.0, 0.0, 1, 15.0, False, True)
+    everyone = speakers.population(settings, 3)
+    said, directions = {}, {1: ([], []), -1: ([], [])}
+    for one in everyone:
+        own = voice.voice_of(one, settings.own_voice, 3)
+        for utterance in speakers.utterances(everyone, one, settings, 3):
+            usual, heard = voice.speak(utterance, own, 3)
+            said[utterance] = how = speakers.articulate(utterance, heard, everyone, settings, 3)
+            sound = voice.articulated(usual, how, utterance, 3)
+            sound = sound[: len(sound) // 160 * 160]
+            mouth = how.voice(frame_times(len(sound) // 160, 100.0))
+            for step, (heard_frames, seen_frames) in directions.items():
+                heard_frames.append(mfcc.coefficients(sound[::step].copy(), voice.RATE_HZ))
+                seen_frames.append(mouth[::step])
+    clips = speakers.clips_table(said, "folder", settings)
+    forward, backward = (delay.find(features.joined(clips, *pair), QUICK, 1).delay_s for pair in directions.values())
+    assert abs(forward) < 0.015
+    assert abs(forward + backward) < 0.002
 
 
 def test_shifting_pairs_voice_and_lips_as_the_delay_says():

@@ -60,3 +60,12 @@ def test_the_same_films_in_a_sheet_give_the_same_lips_and_a_bad_line_is_reported
     first = pd.read_parquet(population / "identity" / "lips" / "s1.parquet")
     first = first[first["clip"] != "s1_other_1"].reset_index(drop=True)
     pd.testing.assert_frame_equal(own, first)
+
+
+def test_a_changed_film_of_a_sheet_is_measured_again(project):
+    config = project.folder / "own.yaml"
+    tables = [f"results/own/identity/{kind}/sheet.parquet" for kind in ("audio", "lips")]
+    assert project.planned(*tables, config=config) == set()
+    film = project.folder / RAW / "s1" / "s1_own_1.mkv"
+    film.write_bytes(film.read_bytes() + bytes(8))
+    assert {"clips", "mfcc", "lips"} <= project.planned(*tables, config=config)

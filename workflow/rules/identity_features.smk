@@ -23,10 +23,15 @@ wildcard_constraints:
 
 
 if SHEET:
+    from cospeech.corpus import clips as clips_of_sheet
+
+    # The user's own films and sound files are inputs, so that a changed one is noticed.
+    FILES_OF_SHEET = clips_of_sheet.files(SHEET)
 
     rule clips:
         input:
             sheet=SHEET,
+            files=FILES_OF_SHEET,
         output:
             clips=CLIPS,
             mouths=f"{RESULTS}/identity/mouths.parquet",
@@ -88,7 +93,7 @@ if HAS_SOUND:
     rule mfcc:
         input:
             clips=PARTS_OF_CLIPS,
-            folders=[] if SHEET else expand(f"{RESULTS}/corpus/raw/{{group}}", group=GROUPS),
+            recordings=FILES_OF_SHEET if SHEET else expand(f"{RESULTS}/corpus/raw/{{group}}", group=GROUPS),
         output:
             audio=VOICES_OF_CLIPS,
         message:
@@ -102,7 +107,7 @@ if HAS_FILM:
     rule lips:
         input:
             clips=CLIPS if SHEET else f"{RESULTS}/identity/clips/{{group}}.parquet",
-            folder=[] if SHEET else f"{RESULTS}/corpus/raw/{{group}}",
+            recordings=FILES_OF_SHEET if SHEET else f"{RESULTS}/corpus/raw/{{group}}",
             mouths=f"{RESULTS}/identity/mouths.parquet" if SHEET else [],
         output:
             lips=f"{RESULTS}/identity/lips/{{group}}.parquet",

@@ -81,6 +81,21 @@ def read(path: str | Path) -> Clips:
     return Clips(clips, pd.DataFrame(mouths, columns=["clip", "x_px", "y_px"]), notes + _rates(clips, str(path)))
 
 
+def files(path: str | Path) -> list[str]:
+    """Return the films and the sound files that a sheet names, as far as they exist: what ``read`` depends on.
+
+    A sheet that cannot be read names none; ``read`` says what is wrong with it.
+    """
+    try:
+        rows = delimited.read(path, COLUMNS).rows
+    except UserError:
+        return []
+    named = [
+        Path(path).parent / cells[column] for _, cells in rows for column in ("file", "sound") if cells.get(column)
+    ]
+    return [str(file) for file in dict.fromkeys(named) if file.is_file()]
+
+
 def _check_columns(columns: tuple[str, ...], path: str) -> None:
     for name in columns:
         if name not in COLUMNS:

@@ -18,8 +18,11 @@ import numpy as np
 
 from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
-from cospeech.markov.lanes import LANES, each, exp2, greater, put, take, where_greater
+from cospeech.markov.lanes import LANES, each, exp2, greater, greatest, put, take, where_greater
 from cospeech.markov.parallel_density import ABREAST, log_densities
+
+NEGLIGIBLE = 1e-14
+"""Posterior probability below which a state counts for nothing in the sums over frames."""
 
 NEVER = -1e30
 """The log-probability of what cannot happen. Finite, so that differences remain defined."""
@@ -126,6 +129,7 @@ def _moments(n: int, block: Floats, posterior: Floats, occupied: Floats, first: 
     """Set the sums over n frames (>= n, D, LANES), weighted by posterior probabilities (>= n, S, LANES).
 
     Sums are read and written once for ``ABREAST`` frames; the posteriors of the frames after the last one become 0.
+    Most states are impossible at most times, since a clip moves through them in order: they are left out.
     """
     occupied[:], first[:], second[:] = 0.0, 0.0, 0.0
     posterior[n : (n + ABREAST - 1) // ABREAST * ABREAST] = 0.0
@@ -133,13 +137,16 @@ def _moments(n: int, block: Floats, posterior: Floats, occupied: Floats, first: 
         for t in range(0, n, ABREAST):
             w0, w1 = take(posterior, (t, i)), take(posterior, (t + 1, i))
             w2, w3 = take(posterior, (t + 2, i)), take(posterior, (t + 3, i))
+            if greatest(greater(greater(w0, w1), greater(w2, w3))) < NEGLIGIBLE:
+                continue
             put(occupied, (i,), take(occupied, (i,)) + ((w0 + w1) + (w2 + w3)))
             for d in range(block.shape[1]):
                 x0, x1 = take(block, (t, d)), take(block, (t + 1, d))
                 x2, x3 = take(block, (t + 2, d)), take(block, (t + 3, d))
+                once, twice = take(first, (i, d)), take(second, (i, d))
                 y0, y1, y2, y3 = w0 * x0, w1 * x1, w2 * x2, w3 * x3
-                put(first, (i, d), take(first, (i, d)) + ((y0 + y1) + (y2 + y3)))
-                put(second, (i, d), take(second, (i, d)) + ((y0 * x0 + y1 * x1) + (y2 * x2 + y3 * x3)))
+                put(first, (i, d), once + ((y0 + y1) + (y2 + y3)))
+                put(second, (i, d), (twice + y0 * x0 + y1 * x1) + (y2 * x2 + y3 * x3))
 
 
 @njit

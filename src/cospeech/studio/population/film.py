@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -105,12 +106,18 @@ def room(speaker: Speaker, skin: Floats, session: int, seed: int) -> Singles:
     return np.ascontiguousarray(np.moveaxis(to_ycc(gaussian_filter(rgb, (1.0, 1.0, 0))), 2, 0), dtype=np.float32)
 
 
+@cache
+def _grain(seed: int) -> npt.NDArray[np.int8]:
+    """Return the sensor noise of all films of a population."""
+    return film.grain(NOISE, random_source(seed, "population", "grain"))
+
+
 def frames(
     own: Face, utterance: Utterance, how: Articulation, fps: float, seed: int
 ) -> Iterator[npt.NDArray[np.uint8]]:
     """Yield the planes Y, Cb, Cr (3, H, W) of a clip, one array that is overwritten in every frame."""
     rng = speakers.utterance_rng(utterance, "grain", seed)
-    speckle = film.grain(NOISE, random_source(seed, "population", "grain"))
+    speckle = _grain(seed)
     times_s = frame_times(int(how.heard.duration_s * fps), fps)
     behind = room(utterance.speaker, own.skin, utterance.session, seed)
     lamp = light(utterance, seed)
