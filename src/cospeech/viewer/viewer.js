@@ -682,7 +682,8 @@ var CospeechViewer = (() => {
     buildChips() {
       this.chips.replaceChildren(); this.names.replaceChildren();
       this.figures.forEach((figure, k) => {
-        const chip = this.button(figure.version.title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
+        const { title, head } = figure.version;
+        const chip = this.button(head ? `${title} · head: ${head}` : title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
         chip.style.setProperty("--cv-own", COLOURS[k % COLOURS.length]);
         chip.className = "cv-chip"; figure.chip = chip;
         figure.name = element("span", { text: figure.version.title });
