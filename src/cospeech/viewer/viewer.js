@@ -741,8 +741,9 @@ var CospeechViewer = (() => {
       this.add(take);
       await this.ready;
       this.live = new Live(this, controls);
-      for (const part of [this.playButton, this.scrubber, this.speed, this.chips, ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
-      this.help.textContent = "Drag to turn, scroll to zoom.";
+      for (const part of [this.playButton, this.clockText, this.scrubber, this.speed, this.overlayButton, this.chips.parentElement,
+        ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
+      this.help.textContent = "Drag to turn, scroll to zoom." + (controls.keywords.length ? " The keys 1 to 9 call for the gestures of the words." : "");
     }
 
     setOverlaid(on) {
