@@ -283,7 +283,8 @@ class File:
     def numbers(self, accessor: int) -> Floats:
         """Return the numbers of an accessor, (n, width); integers are normalised."""
         rows = self.rows(accessor)
-        values = rows.astype(np.float64)
+        with np.errstate(invalid="ignore"):  # signalling NaNs, which are refused below
+            values = rows.astype(np.float64)
         if rows.dtype.kind != "f":
             values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
         if not np.isfinite(values).all():
