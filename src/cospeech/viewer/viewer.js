@@ -704,6 +704,7 @@ var CospeechViewer = (() => {
         const place = on.indexOf(figure);
         figure.group.visible = figure.on;
         figure.name.hidden = !figure.on;
+        figure.name.style.maxWidth = `${100 / on.length}%`;
         figure.chip.setAttribute("aria-pressed", String(figure.on));
         const middle = (figure.extent.low[0] + figure.extent.high[0]) / 2;
         figure.group.position.x = this.overlaid ? 0 : (place - (on.length - 1) / 2) * slot - middle;
@@ -836,7 +837,7 @@ var CospeechViewer = (() => {
         figure.name.hidden = this.overlaid;
         spot.set((figure.extent.low[0] + figure.extent.high[0]) / 2 + figure.group.position.x, figure.extent.low[1], figure.now.place[2]);
         spot.project(this.scene.camera);
-        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - 26)}px)`;
+        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - figure.name.offsetHeight - 6)}px)`;
       }
     }
 
