@@ -94,6 +94,7 @@ wildcard_constraints:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/calibration.smk"
+include: "workflow/rules/exhibits.smk"
 
 
 # Without records a run identifies speakers, is about route directions, or calibrates a rig, and nothing else.

@@ -1,9 +1,11 @@
 """Surfaces of binary glTF files against linear blend skinning with the matrices of their nodes."""
 
-import cv2
+import io
+
 import numpy as np
 import pytest
 from glb_files import by_matrices, packed, random_body
+from PIL import Image as Pillow
 
 from cospeech.corpus.retarget import world_positions, world_rotations
 from cospeech.errors import UserError
@@ -77,18 +79,30 @@ def one_triangle(tmp_path, primitive, arrays=(), **changed):
 
 def test_colours_are_those_of_material_vertex_and_texture(tmp_path):
     picture = np.zeros((2, 2, 3), dtype=np.uint8)
-    picture[0, 1] = [0, 0, 255]  # blue, green, red
+    picture[0, 1] = [255, 0, 0]
     picture[1, 0] = [188, 188, 188]
-    encoded = cv2.imencode(".png", picture)[1].ravel().astype("u1")
+    encoded = io.BytesIO()
+    Pillow.fromarray(picture).save(encoded, "PNG")
     places, own = np.array([[0.7, 0.2], [1.2, 0.8], [0.2, 0.2]], dtype="<f4"), np.full((3, 4), 0.5, dtype="<f4")
     attributes = {"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}
     mesh = one_triangle(
-        tmp_path, {"attributes": attributes, "material": 0}, [places, own, encoded],
+        tmp_path, {"attributes": attributes, "material": 0}, [places, own, np.frombuffer(encoded.getvalue(), "u1")],
         materials=[{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 1, 1], "baseColorTexture": {"index": 0}}}],
         textures=[{"source": 0}], images=[{"bufferView": 3, "mimeType": "image/png"}],
     )  # fmt: skip
     grey = 0.5 * ((188 / 255 + 0.055) / 1.055) ** 2.4
     np.testing.assert_allclose(mesh.colour, [[0.5, 0, 0], [grey, grey / 2, grey], [0, 0, 0]], atol=1e-6)
+
+
+def test_a_damaged_texture_leaves_the_base_colour(tmp_path):
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1}
+    mesh = one_triangle(
+        tmp_path, {"attributes": attributes, "material": 0},
+        [np.zeros((3, 2), dtype="<f4"), np.frombuffer(b"\x89PNG\r\n\x1a\nnonsense", "u1")],
+        materials=[{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 1, 1], "baseColorTexture": {"index": 0}}}],
+        textures=[{"source": 0}], images=[{"bufferView": 2, "mimeType": "image/png"}],
+    )  # fmt: skip
+    assert mesh.colour.tolist() == [[1.0, 0.5, 1.0]] * 3
 
 
 def test_a_body_without_a_surface_has_no_mesh(tmp_path):

@@ -69,6 +69,15 @@ def test_files_with_one_motion_are_shown_together_with_the_sound(tmp_path, recor
     assert capsys.readouterr().out == f"{tmp_path / 'page.html'}\n"
 
 
+def test_files_of_one_name_are_told_apart_by_their_kind(tmp_path, recordings):
+    talk, copy = recordings / "talk_1.bvh", tmp_path / "talk_1.glb"
+    assert cli.main(["convert", str(talk), "--out", str(copy)]) == 0
+    assert cli.main(["view", str(talk), str(copy), "--out", str(tmp_path / "page.html")]) == 0
+    (take,) = takes_of(tmp_path / "page.html")
+    assert [version["title"] for version in take["versions"]] == ["talk_1.bvh", "talk_1.glb"]
+    assert [version["surface"] for version in take["versions"]] == [0, 1]
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

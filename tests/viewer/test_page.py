@@ -47,7 +47,7 @@ def dressed():
     normal = np.tile([0.0, 1.0, 0.0], (30, 1))
     mesh = glb_mesh.Mesh(position, normal, colour, slot, weight, triangle, np.array([0, 1, 1]), bind)
     moved = takes.Free(("a", "b"), (-1, 0), rng.normal(0.0, 1.0, (3, 2, 3)), turns)
-    return takes.Version("own", moved, FPS, mesh=mesh)
+    return takes.Version("own", moved, FPS, mesh=mesh, head="another system")
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +128,7 @@ def test_a_surface_of_its_own_follows_the_joints_and_can_be_hidden(opened, dress
     corners = np.column_stack([mesh.position, np.ones(30)])
     expected = np.einsum("nk,nkab,nb->na", mesh.weight, (joints[mesh.joint] @ mesh.bind)[mesh.slot], corners)[:, :3]
     np.testing.assert_allclose(seen, expected, atol=1e-3)
+    assert opened.value("viewer.figures[0].chip.textContent") == "own · head: another system"
     drawn = {}
     for look in ("body", "skeleton", "axes"):
         opened.value(f"(async () => {{ viewer.look = '{look}'; viewer.changed = true;"

@@ -179,6 +179,7 @@ if "motion" in BRINGS:
             titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
             shown=[True, *(system in COMPARED for system in VIEWED)],
             headless=headless(VIEWED),
+            head_by=HEADS[NODDING].title if NODDING else None,
         message:
             "{wildcards.record} for the 3D viewer"
         script:

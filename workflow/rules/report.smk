@@ -1,6 +1,5 @@
 # The exhibits of the run, drawn as they are declared, and the page that shows them.
 
-from cospeech.report import exhibits as declared
 from cospeech.report import systems as reported
 
 
@@ -56,7 +55,6 @@ MET = [
 ] + [condition.name for condition in declared.CONDITIONS if condition.name in SYSTEMS]
 EXHIBITS = declared.of_run(MET)
 SWEEP_FIGURES = [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures]
-SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 
 # What the placeholders in the paths of sources stand for.
 SOURCE_NAMES = {
@@ -82,10 +80,6 @@ ABOUT_RUN = {
     "main": MAIN._asdict(),
 }
 
-# The template belongs to the program, which may be elsewhere than the results.
-TEMPLATE = Path(workflow.basedir) / "reports" / "template"
-PARTS = [TEMPLATE / "style.css", *sorted(TEMPLATE.rglob("*.jinja"))]
-PUBLISHED = TEMPLATE / "published.yaml"
 
 
 def sources_of(exhibits):
@@ -99,16 +93,6 @@ def sources_of(exhibits):
 def made_from(sources):
     """The declared outputs that must exist before these sources are read."""
     return outputs_for(path for paths in sources.values() for path in paths)
-
-
-def exhibit_files(exhibits):
-    """The files of some exhibits; the first of each has a caption in Snakemake's own report."""
-    files = []
-    for exhibit in exhibits:
-        first, *others_of_it = [f"{REPORTS}/{path}" for path in exhibit.files]
-        caption = f"../../reports/template/captions/{exhibit.name}.rst"
-        files += [report(first, caption=caption, category=SECTION_TITLES[exhibit.section]), *others_of_it]
-    return files
 
 
 def drawn_with(exhibits):

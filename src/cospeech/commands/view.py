@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import webbrowser
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -104,7 +105,8 @@ def takes(motions: list[Path], sounds: list[Path], arguments: argparse.Namespace
         for version in versions:
             _remark(path, version, sounds, heard)
         if len(versions) == 1:
-            together += versions
+            namesake = sum(other.stem == path.stem for other in motions) > 1
+            together.append(replace(versions[0], title=path.name) if namesake else versions[0])
         else:
             alone += [(f"{path.stem}: {version.title}", version) for version in versions]
     shown = [(", ".join(version.title for version in together), together)] if together else []

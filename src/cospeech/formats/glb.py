@@ -32,6 +32,9 @@ TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
+LARGEST = 1e9
+"""Numbers in the transform of a node that are as large as this, or larger, are errors."""
+
 STILL = 1e-3
 """Largest range of the position of a joint, relative to its distance from its parent, at which it counts as fixed."""
 
@@ -241,8 +244,10 @@ class File:
             raise UserError(f"{self.where}: node {node} has a matrix; export it with translation and rotation")
         default = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}[what]
         values = np.array(self.nodes[node].get(what, default), dtype=float)
-        if values.shape != (len(default),) or not np.isfinite(values).all():
-            raise UserError(f"{self.where}: the {what} of node {node} is not a list of numbers; export it again")
+        if values.shape != (len(default),) or not (np.abs(values) < LARGEST).all():
+            raise UserError(
+                f"{self.where}: the {what} of node {node} is no list of sensible numbers; export it again"
+            )
         return values
 
     def _size(self, node: int) -> float:
@@ -283,7 +288,8 @@ class File:
     def numbers(self, accessor: int) -> Floats:
         """Return the numbers of an accessor, (n, width); integers are normalised."""
         rows = self.rows(accessor)
-        values = rows.astype(np.float64)
+        with np.errstate(invalid="ignore"):  # signalling NaNs, which are refused below
+            values = rows.astype(np.float64)
         if rows.dtype.kind != "f":
             values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
         if not np.isfinite(values).all():

@@ -7,13 +7,14 @@ base colour of its material times its own colour times that of the texture at it
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 import numpy.typing as npt
+from PIL import Image as Pillow
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
@@ -22,6 +23,9 @@ from cospeech.geometry import rotation
 
 TRIANGLES = 4
 """The mode of primitives that consist of separate triangles, the only ones that are read."""
+
+MAX_PIXELS = 8192 * 8192
+"""Largest texture; what has a larger one is drawn in its base colour."""
 
 DRACO = "KHR_draco_mesh_compression"
 
@@ -167,15 +171,17 @@ class _Body:
         return colours if image is None or places is None else colours * _sampled(image, self.file.numbers(places))
 
     def _image(self, texture: dict[str, Any]) -> npt.NDArray[np.uint8] | None:
-        """Return an image (h, w, 3) in sRGB with the order blue, green, red; None if it cannot be decoded."""
+        """Return an image (h, w, 3) in sRGB; None if it cannot be decoded, or is larger than ``MAX_PIXELS``."""
         source = self.file.json["images"][texture["source"]] if "source" in texture else {}
         if "bufferView" not in source:
             return None
         view = self.file.json["bufferViews"][source["bufferView"]]
         start = view.get("byteOffset", 0)
-        encoded = np.frombuffer(self.file.binary[start : start + view["byteLength"]], dtype=np.uint8)
-        found = cv2.imdecode(encoded, cv2.IMREAD_COLOR) if len(encoded) else None
-        return None if found is None else np.asarray(found, dtype=np.uint8)
+        try:
+            with Pillow.open(io.BytesIO(self.file.binary[start : start + view["byteLength"]])) as image:
+                return np.asarray(image.convert("RGB")) if image.width * image.height <= MAX_PIXELS else None
+        except (OSError, SyntaxError, Pillow.DecompressionBombError):  # what Pillow raises for damaged images
+            return None
 
     def _anchor(self, node: int) -> int | None:
         """Return the joint that carries a node: the node itself, or the closest one above it."""
@@ -220,5 +226,5 @@ def _sampled(image: npt.NDArray[np.uint8], places: Floats) -> Floats:
     """Return the linear colours (n, 3) of an image, which repeats itself, at texture coordinates (n, 2)."""
     height, width = image.shape[:2]
     pixel = np.minimum((places % 1.0 * [width, height]).astype(int), [width - 1, height - 1])
-    srgb = image[pixel[:, 1], pixel[:, 0], ::-1] / 255.0
+    srgb = image[pixel[:, 1], pixel[:, 0]] / 255.0
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

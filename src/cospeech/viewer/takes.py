@@ -85,6 +85,7 @@ class Version:
     skinned : whether the body is drawn with the surface of the standard body.
     mesh : a surface of its own, or None; a body without any surface is drawn as bones.
     shown : whether it is visible at the start.
+    head : title of the system that moves its head, if that is another one than moves the body.
     """
 
     title: str
@@ -94,6 +95,7 @@ class Version:
     skinned: bool = False
     mesh: Mesh | None = None
     shown: bool = True
+    head: str | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,7 @@ def _version(version: Version, where: str, meshes: Sequence[Mesh]) -> dict[str, 
         "phrases": _phrases(version.phrases),
         "surface": _surface(version, meshes),
         "shown": version.shown,
+        "head": version.head,
         **(_articulated(motion) if isinstance(motion, Articulated) else _free(motion)),
     }
 

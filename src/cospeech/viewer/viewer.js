@@ -682,7 +682,8 @@ var CospeechViewer = (() => {
     buildChips() {
       this.chips.replaceChildren(); this.names.replaceChildren();
       this.figures.forEach((figure, k) => {
-        const chip = this.button(figure.version.title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
+        const { title, head } = figure.version;
+        const chip = this.button(head ? `${title} · head: ${head}` : title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
         chip.style.setProperty("--cv-own", COLOURS[k % COLOURS.length]);
         chip.className = "cv-chip"; figure.chip = chip;
         figure.name = element("span", { text: figure.version.title });
@@ -703,6 +704,7 @@ var CospeechViewer = (() => {
         const place = on.indexOf(figure);
         figure.group.visible = figure.on;
         figure.name.hidden = !figure.on;
+        figure.name.style.maxWidth = `${100 / on.length}%`;
         figure.chip.setAttribute("aria-pressed", String(figure.on));
         const middle = (figure.extent.low[0] + figure.extent.high[0]) / 2;
         figure.group.position.x = this.overlaid ? 0 : (place - (on.length - 1) / 2) * slot - middle;
@@ -740,8 +742,9 @@ var CospeechViewer = (() => {
       this.add(take);
       await this.ready;
       this.live = new Live(this, controls);
-      for (const part of [this.playButton, this.scrubber, this.speed, this.chips, ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
-      this.help.textContent = "Drag to turn, scroll to zoom.";
+      for (const part of [this.playButton, this.clockText, this.scrubber, this.speed, this.overlayButton, this.chips.parentElement,
+        ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
+      this.help.textContent = "Drag to turn, scroll to zoom." + (controls.keywords.length ? " The keys 1 to 9 call for the gestures of the words." : "");
     }
 
     setOverlaid(on) {
@@ -834,7 +837,7 @@ var CospeechViewer = (() => {
         figure.name.hidden = this.overlaid;
         spot.set((figure.extent.low[0] + figure.extent.high[0]) / 2 + figure.group.position.x, figure.extent.low[1], figure.now.place[2]);
         spot.project(this.scene.camera);
-        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - 26)}px)`;
+        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - figure.name.offsetHeight - 6)}px)`;
       }
     }
 

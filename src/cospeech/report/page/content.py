@@ -9,8 +9,9 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import Finding, findings, headline
+from cospeech.report.page.findings import Finding, findings
 from cospeech.report.page.head_findings import head_findings
+from cospeech.report.page.headline import headline
 from cospeech.report.page.sections import Shown
 from cospeech.report.page.tables import Table
 from cospeech.report.scores import at_main

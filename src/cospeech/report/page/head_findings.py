@@ -6,7 +6,8 @@ import pandas as pd
 
 from cospeech.report import words
 from cospeech.report.exhibits.run import Run
-from cospeech.report.page.findings import FEWEST_RECORDS, Finding, with_interval
+from cospeech.report.page.comparing import FEWEST_RECORDS, with_interval
+from cospeech.report.page.findings import Finding
 from cospeech.report.systems import System, driven
 
 FOLLOWS, DISTANCE = "speed_correlation", "euclidean"
