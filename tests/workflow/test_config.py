@@ -307,7 +307,11 @@ def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
     assert capture_takes.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
     takes = capture_takes.takes(DEMO, record_list.records(DEMO, "r"), "r")
     assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
-    assert len(takes) == 8 + 2
+    assert set(takes) == {"ada_1", "deniz_1", "range~ada", "range~deniz"}
+    others = {name for name, record in record_list.records(DEMO, "r").items() if record["motion"]}
+    assert others == {f"{actor}_{number}" for actor in ("ada", "deniz") for number in (2, 3, 4)}
+    every = changed(studio__filmed_records=None)
+    assert len(capture_takes.takes(every, record_list.records(every, "r"), "r")) == 8 + 2
     unfilmed = changed(studio__film=False)
     assert capture_takes.takes(unfilmed, record_list.records(unfilmed, "r"), "r") == {}
 

@@ -148,11 +148,20 @@ def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str,
     return [(pair["model"], pair["voice"]) for pair in pairs]
 
 
-def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
-    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it."""
-    if film == "stereo":
+def _studio_body(studio: Config, number: int, raw: str, cameras: str) -> Record:
+    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it.
+
+    Parameters
+    ----------
+    studio : the settings of the studio.
+    number : number of the record among those of its actor, counted from 0.
+    raw : path of the record without an ending.
+    cameras : path of the camera file of stereo films.
+    """
+    if studio["film"] == "stereo":
         return {"film_left": f"{raw}/left.mkv", "film_right": f"{raw}/right.mkv", "film_cameras": cameras}
-    return {"views": raw} if film else {"motion": f"{raw}.bvh"}
+    filmed = studio["film"] and (studio["filmed_records"] is None or number < studio["filmed_records"])
+    return {"views": raw} if filmed else {"motion": f"{raw}.bvh"}
 
 
 def _studio_features(studio: Config) -> tuple[str, ...]:
@@ -180,7 +189,7 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                record |= _studio_body(config["studio"]["film"], raw, f"{results}/corpus/raw/stereo.toml")
+                record |= _studio_body(config["studio"], number, raw, f"{results}/corpus/raw/stereo.toml")
                 record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
