@@ -81,7 +81,6 @@ ABOUT_RUN = {
 }
 
 
-
 def sources_of(exhibits):
     """The files that some exhibits are made from, by the name of their source."""
     return {

@@ -6,6 +6,7 @@ EXHIBIT_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in paths] for name, paths in declared.sources(EXHIBITS, {}).items()
 }
 
+
 rule identity_exhibits:
     input:
         sources=[path for paths in EXHIBIT_SOURCES.values() for path in paths],
