@@ -65,6 +65,8 @@ if workflow.is_main_process:
 FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
 # The records whose joint angles come from markers or films.
 CAPTURED = [record for record in RECORDS if record in TAKES]
+FILMED_RECORDS = [record for record in CAPTURED if record in FILMED]
+ALL_FILMED = VIRTUAL and FILMED_RECORDS == list(RECORDS)
 VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
@@ -195,7 +197,7 @@ rule calibration:
 
 rule quality:
     input:
-        expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
+        expand(f"{REPORTS}/capture/{{record}}.html", record=FILMED_RECORDS),
 
 
 rule survey:

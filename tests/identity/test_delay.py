@@ -50,6 +50,14 @@ def test_silence_and_still_lips_have_no_delay(still):
     assert delay.find(given._replace(**{still: quiet}), QUICK, 1).doubt == "voice or lips do not change"
 
 
+def test_saying_the_same_phrases_again_does_not_narrow_the_interval():
+    given = planted.population(4, True, speakers=6, repetitions=2, others=1, n_frames=(110, 130), nuisance=0.4)
+    again = given.chosen(np.tile(np.arange(len(given.clips)), 2))
+    once, twice = (delay.find(one, QUICK, seed=1) for one in (given, again))
+    assert once.high_s - once.low_s > 0.001
+    assert twice.high_s - twice.low_s == pytest.approx(once.high_s - once.low_s, rel=1e-6)
+
+
 def test_a_delay_with_a_wide_interval_is_not_told():
     found = delay.find(speaking(5, 0), QUICK, 1)
     assert found.doubt is None

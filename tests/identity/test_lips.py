@@ -1,11 +1,13 @@
 """Lips: planted motion is found, on textures, on virtual faces and on a real one; unusable films are refused."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import av
 import cv2
 import numpy as np
 import pytest
+from scipy import ndimage
 from scipy.fft import dctn
 from skimage import data as pictures
 
@@ -190,7 +192,8 @@ def test_features_of_a_still_mouth_do_not_follow_the_head(speaker):
     aligned, statuses = features.follow(iter(luminance), found, "film")
     assert set(statuses) == {"aligned"}
     place = features.region_grid(found)
-    fixed = np.array([features.coefficients(features.lip_region(one, place, "film", 0)) for one in luminance])
+    rows, columns = features.cosines(features.N_COSINES, 80), features.cosines(features.N_COSINES, 128)
+    fixed = np.array([features.zigzagged(rows @ features.lip_region(one, place) @ columns.T) for one in luminance])
     assert (aligned.std(axis=0) / fixed.std(axis=0)).mean() < 0.35
 
 
@@ -201,7 +204,7 @@ def test_a_film_gives_a_table_and_a_stated_centre_is_used(talk, tmp_path):
     tables.validate(found, "lips", "talk")
     assert len(found) == len(frames)
     stated = features.measure("talk", tmp_path / "talk.mkv", 15.0, centre=(middle[0], middle[1]))
-    region = features.region_grid(mouth.stated(*middle))
+    region = features.region_grid(mouth.find(frames[0][0], "film", middle))
     np.testing.assert_allclose(region.reshape(-1, 2).mean(axis=0), middle)
     mean = frames[0][0][np.round(region[..., 1]).astype(int), np.round(region[..., 0]).astype(int)].mean()
     assert stated["d1"].iloc[0] / np.sqrt(80 * 128) == pytest.approx(mean, abs=1.0)
@@ -240,13 +243,46 @@ def test_evenly_spaced_frames_lose_the_rounding_of_the_container():
     np.testing.assert_allclose(features.evened(rounded, 15.0), (np.arange(30) + 0.5) / 15, atol=1e-12)
 
 
-def test_coefficients_are_the_first_of_the_cosine_transform_in_zigzag_order():
-    region = np.random.default_rng(0).uniform(0.0, 255.0, (80, 128))
+@pytest.mark.parametrize(("down", "right"), [(16.0, 16.0), (3.0, 32.0), (20.25, 9.5)])
+def test_coefficients_are_the_first_of_the_cosine_transform_in_zigzag_order(down, right):
+    wide = np.random.default_rng(0).uniform(0.0, 255.0, (112, 160))
+    region = ndimage.map_coordinates(wide, np.mgrid[0:80, 0:128] + np.array([down, right])[:, None, None], order=1)
     whole = dctn(region, norm="ortho")
     places = features.zigzag(50)
     assert places[:6].tolist() == [[0, 0], [0, 1], [1, 0], [2, 0], [1, 1], [0, 2]]
     assert len({tuple(place) for place in places.tolist()}) == 50
-    np.testing.assert_allclose(features.coefficients(region), whole[places[:, 0], places[:, 1]], atol=1e-9)
+    found = features.shifted_cosines(80, down) @ wide @ features.shifted_cosines(128, right).T
+    np.testing.assert_allclose(features.zigzagged(found), whole[places[:, 0], places[:, 1]], atol=1e-9)
+
+
+def test_the_middle_of_a_mouth_is_found_by_its_motion(talk):
+    frames, _, middle = talk
+    luminance = [planes[0] for planes in frames]
+    found = mouth.find(luminance[0], "film")
+    step = found.width / features.FACE_PX
+    places = []
+    for off in (-4.0, 0.0, 4.0):
+        guessed = Face(found.x, found.y, found.width, middle[0] + off, middle[1] + off / 2)
+        regions = np.array([seen.region for seen in features.aligned_regions(iter(luminance), guessed)])
+        right, down = mouth.moving(regions, features.MARGIN)
+        places.append((guessed.mouth_x + step * right, guessed.mouth_y + step * down))
+    assert np.ptp(places, axis=0).max() < 0.5
+    np.testing.assert_allclose(np.mean(places, axis=0), middle, atol=1.5)
+    still = np.repeat(regions[:1], 9, axis=0) + np.random.default_rng(0).normal(0, 2, (9, *regions.shape[1:]))
+    assert mouth.moving(still.astype(np.float32), features.MARGIN) == (0.0, 0.0)
+
+
+def test_a_mouth_that_leans_to_the_left_is_the_mirror_image_of_one_that_leans_to_the_right(speaker):
+    own, *_ = speaker
+    columns, rows = np.arange(-32, 33, dtype=np.float32), np.arange(-12, 30, dtype=np.float32)
+
+    def redness(lean):
+        shape = film.shape(replace(own.mouth, lean=lean), np.array([0.8, 0.0, 0.0, 0.2]))
+        return np.array([[drawing.mouth(u, v, np.float32(140.0), shape, 2) for u in columns] for v in rows])
+
+    left, right = redness(-0.4), redness(0.4)
+    np.testing.assert_allclose(left[:, ::-1], right, atol=1e-3)
+    assert np.abs(left - right).max() > 10.0
 
 
 def test_a_film_without_a_face_is_refused(tmp_path):

@@ -146,6 +146,38 @@ rule co_occurrence:
         "../../scripts/evaluation/co_occurrence.py"
 
 
+rule direction_animation:
+    input:
+        **GIVEN,
+        movement=MOVEMENT,
+        keywords=rules.keywords.output.detections,
+        accents=rules.accents.output.detections,
+    output:
+        animation=f"{RESULTS}/directions/animation.parquet",
+    params:
+        states=SETTINGS["gestures"]["hand_states"],
+        gaussians=max(SETTINGS["keywords"]["gaussians"]),
+        features="Δf, p, I",
+        training=SETTINGS["training"],
+        fps=HANDS_FPS,
+        seed=config["seed"],
+    message:
+        "animation of an answer"
+    script:
+        "../../scripts/synthesis/direction_animation.py"
+
+
+rule direction_strip:
+    input:
+        animation=rules.direction_animation.output.animation,
+    output:
+        strip=f"{RESULTS}/directions/strip.png",
+    message:
+        "stick figure and body"
+    script:
+        "../../scripts/rendering/direction_strip.py"
+
+
 EXHIBITS = declared.DIRECTIONS
 EXHIBIT_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in paths] for name, paths in declared.sources(EXHIBITS, {}).items()

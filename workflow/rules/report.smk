@@ -40,6 +40,7 @@ MET = [
         "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
         "takes": CAPTURED,
         "filmed": FILMED,
+        "all_filmed": ALL_FILMED,
         "head_curves": HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports,
         "filmed_heads": VIRTUAL and FILMED_HEADS,
         "planted_heads": VIRTUAL and HAS_HEADS and HEADS,

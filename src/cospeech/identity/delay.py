@@ -25,8 +25,12 @@ PIECE = 50
 FEWEST_PIECES = 4
 """With fewer pieces, no delay is reported."""
 
+FEWEST_PHRASES = 5
+"""With so many different phrases or more, the bootstrap draws whole phrases: what agrees by chance in one does so
+whenever it is said."""
+
 GROUPS = 20
-"""Number of groups of consecutive pieces that the bootstrap draws, or of pieces if there are fewer."""
+"""With fewer, it draws so many groups of consecutive pieces, or single pieces if there are fewer."""
 
 WIDEST_S = 0.1
 """Widest interval of a delay that is reported, in seconds."""
@@ -60,7 +64,7 @@ class Delay(NamedTuple):
     Attributes
     ----------
     delay_s : by how much the voice lags behind the lips.
-    low_s, high_s : its bootstrap interval over pieces.
+    low_s, high_s : its bootstrap interval over phrases, or over pieces of a few phrases.
     p_value : share of wrong pairings whose greatest correlation measure is as large, the right one included.
     shifts_s, measure : (S,) the shifts that were tried, and gamma_AL of each (2.5).
     chance : the greatest measure of the wrong pairings, on average; NaN without any.
@@ -135,8 +139,9 @@ def _find(features: Features, settings: Settings, seed: int) -> Delay:
         zeros = np.zeros(len(shifts))
         return Delay(0.0, math.nan, math.nan, 1.0, shifts / RATE_HZ, zeros, math.nan, len(starts))
     pieces = _cut(features, starts, shifts)
-    n_groups = min(GROUPS, len(starts))
-    sums = _sums(pieces, np.arange(len(starts)) * n_groups // len(starts), n_groups)
+    group = _groups(features, starts)
+    n_groups = int(group.max()) + 1
+    sums = _sums(pieces, group, n_groups)
     measure = _measures(sums, np.ones(n_groups), settings.regularisation)
     counts = _drawn(n_groups, settings.samples, seed)
     resampled = [_peak(_measures(sums, drawn, settings.regularisation)) for drawn in counts]
@@ -163,6 +168,16 @@ def _starts(features: Features, longest: int) -> Integers:
         n = max(0, int(free) // PIECE)
         found += [begin + longest + (free - n * PIECE) // 2 + PIECE * k for k in range(n)]
     return np.array(found, dtype=np.int64)
+
+
+def _groups(features: Features, starts: Integers) -> Integers:
+    """Return the group of each piece (P,), by its first row: what the bootstrap draws together."""
+    clip = np.searchsorted(features.begin, starts, side="right") - 1
+    phrase, phrases = pd.factorize(features.clips["phrase"].to_numpy(dtype=object)[clip])
+    if len(phrases) >= FEWEST_PHRASES:
+        return np.asarray(phrase, dtype=np.int64)
+    n_groups = min(GROUPS, len(starts))
+    return np.arange(len(starts)) * n_groups // len(starts)
 
 
 def _cut(features: Features, starts: Integers, shifts: Integers) -> _Pieces:

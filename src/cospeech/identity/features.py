@@ -69,7 +69,10 @@ def shifted(features: Features, shift: int) -> Features:
 
 
 def of_tables(clips: pd.DataFrame, audio: pd.DataFrame, lips: pd.DataFrame) -> Features:
-    """Return the features of clips, the lips at the times of the audio frames.
+    """Return the features of clips, the lips at the times of the audio frames and without their mean over the clip.
+
+    The mean shows a face in the light of a lamp, whatever is said. Impostors are registered speakers who say the name
+    of another one: by their faces they would be accepted (see docs/identity.md).
 
     Parameters
     ----------
@@ -83,8 +86,13 @@ def of_tables(clips: pd.DataFrame, audio: pd.DataFrame, lips: pd.DataFrame) -> F
     return joined(
         known,
         [heard[clip][names].to_numpy(dtype=float) for clip in known["clip"]],
-        [at_rate(seen[clip], heard[clip]["time_s"].to_numpy(dtype=float)) for clip in known["clip"]],
+        [centred(at_rate(seen[clip], heard[clip]["time_s"].to_numpy(dtype=float))) for clip in known["clip"]],
     )
+
+
+def centred(frames: Floats) -> Floats:
+    """Return frames (T, D) without their mean."""
+    return frames - frames.mean(axis=0)
 
 
 def of_lists(clips: list[pd.DataFrame], audio: list[pd.DataFrame], lips: list[pd.DataFrame]) -> Features:

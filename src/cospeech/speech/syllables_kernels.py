@@ -449,22 +449,29 @@ def _segment(memory: Any, number: int, rows: Any, n: int) -> int:
 
 
 @njit
+def take(sample: float, memory: Any) -> bool:
+    """Add a sample, and return whether it completes a hop, which is then analysed."""
+    memory.waiting[memory.n_waiting] = sample
+    memory.n_waiting += 1
+    if memory.n_waiting < HOP:
+        return False
+    memory.n_waiting = 0
+    memory.hops += 1
+    _hear(memory)
+    _decimate(memory)
+    if memory.hops > AHEAD:
+        _measure(memory)
+    return True
+
+
+@njit
 def push(samples: Any, memories: Any, rows: Any) -> int:
     """Analyse samples (n,), and return how many syllables became known, which are in ``rows`` (>= 1 + n // HOP,)."""
     memory = memories[0]
     n = 0
     for sample in samples:
-        memory.waiting[memory.n_waiting] = sample
-        memory.n_waiting += 1
-        if memory.n_waiting == HOP:
-            memory.n_waiting = 0
-            memory.hops += 1
-            _hear(memory)
-            _decimate(memory)
-            if memory.hops > AHEAD:
-                _measure(memory)
-            if memory.hops >= AHEAD + LASTING:
-                n = _segment(memory, memory.hops - AHEAD - LASTING, rows, n)
+        if take(sample, memory) and memory.hops >= AHEAD + LASTING:
+            n = _segment(memory, memory.hops - AHEAD - LASTING, rows, n)
     return n
 
 

@@ -133,12 +133,8 @@ def correlation(values: Singles, differences: Floats, parameters: Floats) -> flo
 
 
 @njit
-def region(picture: Singles, across: Floats, down: Floats, out: Floats) -> bool:
-    """Write the values of a picture at places (H, W), in pixels, to ``out``, and return whether all are inside."""
+def region(picture: Singles, across: Floats, down: Floats, out: Singles) -> None:
+    """Write the values of a picture at places (H, W), in pixels, to ``out``; NaN outside the picture."""
     for row in range(out.shape[0]):
         for column in range(out.shape[1]):
-            value = bilinear(picture, across[row, column], down[row, column])
-            if np.isnan(value):
-                return False
-            out[row, column] = value
-    return True
+            out[row, column] = bilinear(picture, across[row, column], down[row, column])

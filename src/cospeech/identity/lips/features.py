@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from cospeech.data.arrays import Floats, Integers, Plane
+from cospeech.data.arrays import Floats, Integers, Plane, Singles
 from cospeech.data.segments import frame_times
 from cospeech.errors import UserError
 from cospeech.formats import films
@@ -23,8 +23,12 @@ from cospeech.identity.lips.mouth import Face
 
 WIDTH, HEIGHT = 128, 80
 """Size of the lip region in pixels."""
-FACE_PX = 170.0
-"""Width of a face whose lips fill the region."""
+FACE_PX = 230.0
+"""Width of a face whose lips fill the region. A larger region would show what is behind the chin and stays there."""
+MARGIN = 16
+"""Pixels around the region within which its middle is moved to the middle of what moves."""
+WATCHED = 200
+"""Number of frames in which it is looked for what moves, the first ones of the film."""
 MOST_LOST = 0.5
 """Share of the frames in which the alignment may fail."""
 ROUNDING_S = 0.002
@@ -36,6 +40,13 @@ class Shot(NamedTuple):
 
     time_s: float
     picture: Plane
+
+
+class Seen(NamedTuple):
+    """The lip region with its margin in a frame, (112, 160), NaN outside the picture, and whether it is aligned."""
+
+    region: Singles
+    aligned: bool
 
 
 def measure(clip: str, film: str | Path, fps: float, centre: tuple[float, float] | None = None) -> pd.DataFrame:
@@ -58,7 +69,7 @@ def measure(clip: str, film: str | Path, fps: float, centre: tuple[float, float]
     first = next(shown, None)
     if first is None:
         raise UserError(f"{film}: has no frames; copy it again")
-    face = mouth.find(first.picture, str(film)) if centre is None else mouth.stated(*centre)
+    face = mouth.find(first.picture, str(film), centre)
     times_s: list[float] = []
 
     def pictures() -> Iterator[Plane]:
@@ -66,7 +77,7 @@ def measure(clip: str, film: str | Path, fps: float, centre: tuple[float, float]
             times_s.append(shot.time_s)
             yield shot.picture
 
-    features, statuses = follow(pictures(), face, str(film))
+    features, statuses = follow(pictures(), face, str(film), centred=centre is None)
     table = pd.DataFrame(features, columns=COLUMNS)
     table.insert(0, "clip", clip)
     table.insert(1, "frame", np.arange(len(features)))
@@ -102,35 +113,56 @@ def evened(times_s: Floats, fps: float) -> Floats:
     return even_s if np.abs(times_s - even_s).max() <= ROUNDING_S else np.maximum(times_s, 0.0)
 
 
-def follow(pictures: Iterator[Plane], face: Face, where: str) -> tuple[Floats, list[str]]:
+def follow(pictures: Iterator[Plane], face: Face, where: str, centred: bool = True) -> tuple[Floats, list[str]]:
     """Return the lip features (T, 50) of pictures (H, W), the first of which shows ``face``, and the status of each.
 
     Large faces are scaled down first, so that the region has no finer detail than its pixels.
+
+    Parameters
+    ----------
+    where : the film, for messages.
+    centred : whether the region is centred on what moves (``mouth.moving``); if not, on the mouth of ``face``.
 
     Raises
     ------
     UserError : if the lip region leaves the picture, or the face is lost in most frames.
     """
     factor = min(1.0, FACE_PX / face.width)
-    face, shown = face.scaled(factor), reduced(pictures, factor) if factor < 1.0 else pictures
-    grid = region_grid(face)
-    first, last = None, alignment.STILL
+    shown = aligned_regions(reduced(pictures, factor) if factor < 1.0 else pictures, face.scaled(factor))
+    begun = list(islice(shown, WATCHED))
+    right, down = mouth.moving(np.array([seen.region for seen in begun]), MARGIN) if centred else (0.0, 0.0)
+    rows, columns = shifted_cosines(HEIGHT, MARGIN + down), shifted_cosines(WIDTH, MARGIN + right)
+    used = np.ix_((rows != 0.0).any(axis=0), (columns != 0.0).any(axis=0))
     features, statuses = [], []
-    for number, picture in enumerate(shown):
-        if first is None:
-            first = alignment.reference(picture, face)
-        else:
-            aligned = alignment.align(first, picture, last)
-            statuses.append("held" if aligned.lost(face) else "aligned")
-            last = last if aligned.lost(face) else aligned
-        features.append(coefficients(lip_region(picture, alignment.moved(first, last, grid), where, number)))
-    statuses.insert(0, "aligned")
+    for number, seen in enumerate(chain(begun, shown)):
+        if np.isnan(seen.region[used]).any():
+            raise UserError(
+                f"{where}: the mouth is partly outside the picture in frame {number}; cut the film to where it is "
+                "inside"
+            )
+        features.append(zigzagged(rows @ np.nan_to_num(seen.region) @ columns.T))
+        statuses.append("aligned" if seen.aligned else "held")
     if statuses.count("held") > MOST_LOST * len(statuses):
         raise UserError(
             f"{where}: the face is lost in {statuses.count('held')} of {len(statuses)} frames, first in frame "
             f"{statuses.index('held')}; cut the film to where the same face is seen from the front"
         )
     return np.array(features), statuses
+
+
+def aligned_regions(pictures: Iterator[Plane], face: Face) -> Iterator[Seen]:
+    """Yield the aligned lip region and its margin in pictures (H, W); ``face`` is that in the first picture."""
+    grid = region_grid(face, MARGIN)
+    first, last = None, alignment.STILL
+    for picture in pictures:
+        lost = False
+        if first is None:
+            first = alignment.reference(picture, face)
+        else:
+            aligned = alignment.align(first, picture, last)
+            lost = aligned.lost(face)
+            last = last if lost else aligned
+        yield Seen(lip_region(picture, alignment.moved(first, last, grid)), not lost)
 
 
 def reduced(pictures: Iterator[Plane], factor: float) -> Iterator[Plane]:
@@ -140,26 +172,20 @@ def reduced(pictures: Iterator[Plane], factor: float) -> Iterator[Plane]:
         yield np.asarray(small, dtype=np.uint8)
 
 
-def region_grid(face: Face) -> Floats:
-    """Return the places (80, 128, 2) of the pixels of the lip region in the first frame, x and y."""
+def region_grid(face: Face, margin: int = 0) -> Floats:
+    """Return the places (80, 128, 2) of the pixels of the lip region in the first frame, x and y, and of a margin."""
     step = face.width / FACE_PX
-    across, down = np.meshgrid(np.arange(WIDTH) - (WIDTH - 1) / 2, np.arange(HEIGHT) - (HEIGHT - 1) / 2)
+    across, down = np.meshgrid(
+        np.arange(-margin, WIDTH + margin) - (WIDTH - 1) / 2, np.arange(-margin, HEIGHT + margin) - (HEIGHT - 1) / 2
+    )
     return np.stack([face.mouth_x + step * across, face.mouth_y + step * down], axis=-1)
 
 
-def lip_region(picture: Plane, places: Floats, where: str, number: int) -> Floats:
-    """Return the luminance (80, 128) of a picture (H, W) at ``places`` (80, 128, 2).
-
-    Raises
-    ------
-    UserError : if some of them are outside the picture; it names the film ``where`` and the frame ``number``.
-    """
-    region = np.empty((HEIGHT, WIDTH))
+def lip_region(picture: Plane, places: Floats) -> Singles:
+    """Return the luminance (H, W) of a picture at ``places`` (H, W, 2); NaN where they are outside the picture."""
+    region = np.empty(places.shape[:2], dtype=np.float32)
     across, down = (np.ascontiguousarray(places[..., axis]) for axis in (0, 1))
-    if not kernels.region(picture.astype(np.float32), across, down, region):
-        raise UserError(
-            f"{where}: the mouth is partly outside the picture in frame {number}; cut the film to where it is inside"
-        )
+    kernels.region(picture.astype(np.float32), across, down, region)
     return region
 
 
@@ -182,9 +208,29 @@ def cosines(n: int, size: int) -> Floats:
 
 
 ZIGZAG = zigzag(COEFFICIENTS)
-DOWN, ACROSS = cosines(int(ZIGZAG.max()) + 1, HEIGHT), cosines(int(ZIGZAG.max()) + 1, WIDTH)
+N_COSINES = int(ZIGZAG.max()) + 1
 
 
-def coefficients(region: Floats) -> Floats:
-    """Return the first 50 coefficients, in zig-zag order, of the discrete cosine transform of a region (80, 128)."""
-    return np.asarray((DOWN @ region @ ACROSS.T)[ZIGZAG[:, 0], ZIGZAG[:, 1]])
+def shifted_cosines(size: int, start: float) -> Floats:
+    """Return ``cosines`` of ``size`` values that start between two of ``size`` + 2 ``MARGIN`` values.
+
+    Parameters
+    ----------
+    size : number of values that are transformed.
+    start : where they start, from 0 to 2 ``MARGIN``. Between two values, they are interpolated.
+
+    Returns
+    -------
+    (n, size + 2 MARGIN) to multiply all values with.
+    """
+    first, rest = int(start), start - int(start)
+    rows, found = cosines(N_COSINES, size), np.zeros((N_COSINES, size + 2 * MARGIN))
+    found[:, first : first + size] = (1.0 - rest) * rows
+    if rest:
+        found[:, first + 1 : first + 1 + size] += rest * rows
+    return found
+
+
+def zigzagged(transform: Floats) -> Floats:
+    """Return the first 50 coefficients, in zig-zag order, of a discrete cosine transform."""
+    return np.asarray(transform[ZIGZAG[:, 0], ZIGZAG[:, 1]])

@@ -1,7 +1,8 @@
-"""Find the face and its mouth in the first frame of a clip."""
+"""Find the face and its mouth in the first frame of a clip, and the middle of the mouth by its motion."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -9,7 +10,7 @@ import cv2
 import dlib
 import numpy as np
 
-from cospeech.data.arrays import Floats, Plane
+from cospeech.data.arrays import Floats, Plane, Singles
 from cospeech.errors import UserError
 
 DETECTION_PX = 480
@@ -32,8 +33,19 @@ SYMMETRIC_WIDTH, SYMMETRIC_HEIGHT = 0.36, 0.16
 """Half the width and height of the part around the mouth that is compared with its mirror image, likewise."""
 MOUTH_BELOW_FACE = 0.30
 """How far the mouth is below the middle of the face, in widths of the face."""
-TYPICAL_WIDTH_PX = 170.0
-"""Width of the face if only the middle of the mouth is stated: the lip region of the document fits such a face."""
+TYPICAL_WIDTH_PX = 230.0
+"""Width of the face around a stated mouth if no face is found: the lip region of the document fits such a face."""
+
+MOVING = 6.0
+"""Standard deviation over time, of 255, that the most moving twentieth of the region exceeds in speech."""
+AXIS_PX, HALF_MOUTH_PX = 12, 54
+"""How far from the middle of the region the axis of the mouth may be, and how far from the axis the mouth reaches."""
+BLURRED_PX = 2.0
+"""Standard deviation of the blur of the variance before its halves are compared."""
+HALF_MIDDLE_PX = 32
+"""Half the width of the columns in which its rows are compared."""
+UPPER_SHARE = 0.3
+"""Share of the motion that is above the middle of the mouth: the lower lip moves further than the upper one."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +71,7 @@ def _detector() -> dlib.fhog_object_detector:
     return dlib.get_frontal_face_detector()
 
 
-def find(picture: Plane, where: str) -> Face:
+def find(picture: Plane, where: str, centre: tuple[float, float] | None = None) -> Face:
     """Return the largest face in a picture (H, W).
 
     The box of the face gives the usual place of the mouth. Near it, the darkest row in the middle of the face is that
@@ -68,18 +80,23 @@ def find(picture: Plane, where: str) -> Face:
     Parameters
     ----------
     where : the film, for messages.
+    centre : x and y of the middle of the mouth in pixels, if it is known.
 
     Raises
     ------
-    UserError : if there is no face.
+    UserError : if there is no face, unless ``centre`` is given.
     """
     boxes = np.array([box for scale in SCALES if (box := _largest_box(picture, scale)) is not None])
     if not len(boxes):
+        if centre is not None:
+            return Face(centre[0], centre[1] - MOUTH_BELOW_FACE * TYPICAL_WIDTH_PX, TYPICAL_WIDTH_PX, *centre)
         raise UserError(
             f"{where}: no face, and so no mouth, in the first frame; cut the film so that it begins with a frontal "
             "face, or state the middle of the mouth (mouth_x_px, mouth_y_px)"
         )
     middle_x, middle_y, width = np.median(boxes, axis=0).tolist()
+    if centre is not None:
+        return Face(middle_x, middle_y, width, *centre)
     top = middle_y - width / 2
     mouth_y = _darkest_row(picture, middle_x, top, width)
     return Face(middle_x, middle_y, width, _axis_of_symmetry(picture, middle_x, mouth_y, width), mouth_y)
@@ -133,7 +150,35 @@ def _axis_of_symmetry(picture: Plane, middle_x: float, mouth_y: float, size: flo
     return max(inside, key=symmetry, default=middle_x)
 
 
-def stated(mouth_x: float, mouth_y: float) -> Face:
-    """Return the face around a mouth whose middle is stated, of the size that the document assumes."""
-    width = TYPICAL_WIDTH_PX
-    return Face(mouth_x, mouth_y - MOUTH_BELOW_FACE * width, width, mouth_x, mouth_y)
+def moving(regions: Singles, margin: int) -> tuple[float, float]:
+    """Return how far the middle of a mouth that moves is to the right of the middle of a region, and below it.
+
+    The mouth is what moves in an aligned face: the variance over time is symmetric about the axis of the mouth, and
+    ``UPPER_SHARE`` of it lies above its middle. Both are found to a quarter of a pixel on virtual faces, the first
+    frame alone gives them to two pixels.
+
+    Parameters
+    ----------
+    regions : (T, H, W) aligned regions with a margin; NaN outside the picture.
+    margin : number of pixels on each side, more than ``AXIS_PX``; the middle is looked for no further than that.
+
+    Returns
+    -------
+    Pixels to the right and downward, 0 if the mouth does not move.
+    """
+    variance = np.nan_to_num(regions.var(axis=0))
+    if np.quantile(variance, 0.95) < MOVING**2:
+        return 0.0, 0.0
+    middle = (variance.shape[1] - 1) / 2
+    reach = min(HALF_MOUTH_PX, int(middle) - AXIS_PX)
+    smooth = cv2.GaussianBlur(variance, (0, 0), BLURRED_PX)
+
+    def symmetry(shift: float) -> float:
+        first, last = math.ceil(middle + shift - reach), math.floor(middle + shift + reach) + 1
+        return float(np.corrcoef(smooth[:, first:last].ravel(), smooth[:, first:last][:, ::-1].ravel())[0, 1])
+
+    right = max((half / 2 for half in range(-2 * AXIS_PX, 2 * AXIS_PX + 1)), key=symmetry)
+    centre = round(middle + right)
+    rows = variance[:, centre - HALF_MIDDLE_PX : centre + HALF_MIDDLE_PX + 1].sum(axis=1)
+    down = np.interp(UPPER_SHARE, np.cumsum(rows) / rows.sum(), np.arange(len(rows))) - (len(rows) - 1) / 2
+    return right, float(np.clip(down, -margin, margin))

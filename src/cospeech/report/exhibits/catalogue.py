@@ -32,6 +32,7 @@ SECTIONS = (
     Section("events", "Keywords and accents in speech", "Speech events"),
     Section("gestures", "Gestures of hands and head", "Gestures"),
     Section("co_occurrence", "Speech and gestures at the same time", "Co-occurrence"),
+    Section("animation", "From words and accents to movement", "Animation"),
 )
 
 CONDITIONS = (
@@ -42,6 +43,7 @@ CONDITIONS = (
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),
+    Condition("all_filmed", "not all records were filmed"),
     Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition("worlds", "there are no actors who live in different worlds"),
@@ -127,6 +129,8 @@ SOURCES = {
     "gains": Source("identity/gains.parquet", "gains"),
     "direction_scores": Source("directions/scores.parquet", "direction_scores"),
     "direction_records": Source("directions/records.parquet", "direction_records"),
+    "direction_animation": Source("directions/animation.parquet", "direction_animation"),
+    "direction_strip": Source("directions/strip.png"),
     "co_occurrence": Source("directions/co_occurrence.parquet", "co_occurrence"),
     "co_occurrence_pairs": Source("directions/co_occurrence_pairs.parquet", "co_occurrence_pairs"),
 }
@@ -151,9 +155,14 @@ EXHIBITS = (
     ),
     Exhibit(
         "table-capture", "capture", "capture:accuracy", figure=False,
-        sources={"scores": "capture_scores", "effect": "film_effect"},
-        settings={"width_px": "studio.camera_width_px", "method": "capture.track.method", "bins_s": BINS_S},
-        needs=("phrases", "filmed", "virtual"), show="capture:accuracy_table",
+        sources={"scores": "capture_scores"},
+        settings={"width_px": "studio.camera_width_px", "method": "capture.track.method"},
+        needs=("filmed", "virtual"), show="capture:accuracy_table",
+    ),
+    Exhibit(
+        "table-film-effect", "capture", "capture:film_effect", figure=False,
+        sources={"effect": "film_effect"}, settings={"bins_s": BINS_S},
+        needs=("phrases", "all_filmed", "virtual"), show="capture:accuracy_table",
     ),
     Exhibit(
         "fig-rig", "capture", "pictures:draw", numbers=False,
@@ -426,6 +435,15 @@ DIRECTIONS = (
         sources={"measures": "co_occurrence", "pairs": "co_occurrence_pairs"},
         show="chapter3:co_occurrence_table",
         published="head-text-3-cooccurrence", compare="chapter3:compare_co_occurrence",
+    ),
+    Exhibit(
+        "head-fig-3.2", "animation", "pictures:draw", document=SARGIN_2006, numbers=False,
+        sources={"picture": "direction_strip"},
+    ),
+    Exhibit(
+        "head-text-3-animation", "animation", "chapter3:animation", document=SARGIN_2006,
+        sources={"animation": "direction_animation"},
+        published="head-text-3-animation", compare="chapter3:compare_animation",
     ),
 )  # fmt: skip
 """The exhibits of a run about route directions. It has none of the others."""

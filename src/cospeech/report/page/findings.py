@@ -57,7 +57,7 @@ def findings(
     level : level of the intervals; 1 - level is the error rate of all comparisons together.
     recovery : numbers of the exhibit ``fig-recovery``, or None.
     motion : numbers of ``fig-motion``, or None.
-    capture : numbers of ``table-capture``, or None.
+    capture : numbers of ``table-capture`` and ``table-film-effect``, or None.
     worlds : numbers of ``worlds``, or None.
     """
     pooled, paired = over_all_actors(scores, differences, systems)

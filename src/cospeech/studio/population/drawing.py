@@ -77,16 +77,17 @@ def inside_mouth(u: Single, v: Single, top: Single, shape: Shape, c: int) -> Sin
 def mouth(u: Single, v: Single, skin: Single, shape: Shape, c: int) -> Single:
     """Return channel ``c`` of a point (u, v) relative to the middle of the mouth, over the colour of the skin.
 
-    ``shape`` (19,) holds: 0: open or not; 1: half width; 2, 3: thickness of upper and lower lip; 4: bow; 5: upper
+    ``shape`` (20,) holds: 0: open or not; 1: half width; 2, 3: thickness of upper and lower lip; 4: bow; 5: upper
     part of the opening; 6: teeth; 7: tooth; 8: height of the tongue; 9: lower part of the opening; 10-12: colour of
-    the lips; 13-15: of the teeth; 16-18: of the tongue.
+    the lips; 13-15: of the teeth; 16-18: of the tongue; 19: by how much the opening is larger on the right.
     """
     x = u / shape[1]
     arc = ONE - x * x
     if arc <= ZERO:
         return skin
     round_arc = np.sqrt(arc)
-    top, bottom = -shape[5] * arc, shape[9] * arc
+    opening = arc * (ONE + shape[19] * x)
+    top, bottom = -shape[5] * opening, shape[9] * opening
     outer_top = top - shape[2] * HALF * (arc + round_arc) * (ONE - shape[4] * bump(x, Single(0.16)))
     outer_bottom = bottom + shape[3] * (Single(0.3) * arc + Single(0.7) * round_arc)
     if v < outer_top - TWO or v > outer_bottom + Single(6.0):

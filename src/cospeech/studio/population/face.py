@@ -46,6 +46,7 @@ class Mouth:
     teeth : length of the upper teeth that may be seen.
     tooth : width of a tooth.
     gap : largest opening.
+    lean : by how much the mouth opens wider on the right than in the middle, as a share; less than 1.
     lip, enamel, tongue : (3,) colours.
     """
 
@@ -57,6 +58,7 @@ class Mouth:
     teeth: float
     tooth: float
     gap: float
+    lean: float
     lip: Floats
     enamel: Floats
     tongue: Floats
@@ -105,6 +107,7 @@ def _mouth(skin: Floats, own_lips: float, rng: np.random.Generator) -> Mouth:
         teeth=about(6.0, 0.25),
         tooth=about(6.5, 0.15),
         gap=about(24.0, 0.12),
+        lean=own_lips * 0.25 * float(np.clip(rng.standard_normal(), -2.0, 2.0)),
         lip=to_ycc(red),
         enamel=to_ycc(np.array([226.0, 218.0, 200.0]) * about(0.95, 0.06)),
         tongue=to_ycc(np.array([168.0, 84.0, 84.0]) * about(0.95, 0.10)),

@@ -88,7 +88,7 @@ def shape(mouth: Mouth, position: Floats) -> Singles:
         gap * (0.22 + 0.55 * tongue),
         0.82 * gap,
     ]
-    return np.array([*numbers, *mouth.lip, *mouth.enamel, *mouth.tongue], dtype=np.float32)
+    return np.array([*numbers, *mouth.lip, *mouth.enamel, *mouth.tongue, mouth.lean], dtype=np.float32)
 
 
 def room(speaker: Speaker, skin: Floats, session: int, seed: int) -> Singles:
