@@ -14,7 +14,7 @@ from cospeech.report.exhibits.run import Drawing, Run
 from cospeech.report.scores import common_phrases
 from cospeech.report.systems import Systems, driven, general_controls
 
-MEASURES = ["kappa", "D", "boundary_f1", "S"]
+MEASURES = ["kappa", "D", "boundary_f1", "S", "hand_speed_r"]
 """What the figure shows."""
 
 
