@@ -19,7 +19,7 @@ NEAR = 1e-9
 
 
 @njit
-def _multiply(a: Floats, b: Floats, product: Floats) -> None:
+def multiply(a: Floats, b: Floats, product: Floats) -> None:
     """Write the product of two quaternions to ``product``, which must not be ``b``."""
     w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
@@ -48,7 +48,7 @@ def to_blended_space(parents: Integers, in_parent_space: Flags, rotations: Float
         if parents[joint] < 0 or in_parent_space[joint]:
             world[joint] = rotations[joint]
         else:
-            _multiply(world[parents[joint]], rotations[joint], world[joint])
+            multiply(world[parents[joint]], rotations[joint], world[joint])
 
 
 @njit
@@ -59,7 +59,7 @@ def _turn(shown: Floats, turn: Floats, angle: float) -> None:
     turn[0] = np.cos(half)
     for axis in range(1, 4):
         turn[axis] *= scale
-    _multiply(shown, turn, shown)
+    multiply(shown, turn, shown)
     norm = 1.0 / np.sqrt(shown[0] ** 2 + shown[1] ** 2 + shown[2] ** 2 + shown[3] ** 2)
     for axis in range(4):
         shown[axis] *= norm
@@ -168,7 +168,7 @@ def _write(parents: Integers, in_parent_space: Flags, root: Floats, shown: Float
         else:
             above = shown[parents[joint]]
             turn[0], turn[1], turn[2], turn[3] = above[0], -above[1], -above[2], -above[3]
-            _multiply(turn, shown[joint], place)
+            multiply(turn, shown[joint], place)
 
 
 @njit
@@ -258,7 +258,7 @@ def _carry_over(
     turn, ahead = work[0], work[1]
     _vector(turn, _between(source, shown, turn), offset)
     _between(last, shown, turn)
-    _multiply(shown, turn, ahead)  # where the joint would be if it went on turning as it does
+    multiply(shown, turn, ahead)  # where the joint would be if it went on turning as it does
     _vector(turn, _between(wanted, ahead, turn), rate)
     # Near half a turn, the same rotation may be nearer to the offset when it is described the other way round.
     length = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)

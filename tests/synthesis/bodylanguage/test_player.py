@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import speaking_body
+from scipy.spatial.transform import Rotation
 from speaking_body import FPS, FRAME_S, SETTINGS
 
 from cospeech.data import tables
 from cospeech.errors import UserError
+from cospeech.motion.body import STANDARD
 from cospeech.synthesis import live
 from cospeech.synthesis.bodylanguage import (
     SYSTEMS,
@@ -63,6 +65,48 @@ def test_nothing_depends_on_speech_that_is_not_known_yet(trained):
         n_same = int(until_s * FPS)
         assert whole[:n_same].equals(cut[:n_same])
         assert not whole.equals(cut)
+
+
+def in_world(rotations, joint):
+    """The rotation of a joint in world space, given the poses of all in parent space, w first (J, 4)."""
+    turned = Rotation.identity()
+    while joint >= 0:
+        turned, joint = Rotation.from_quat(rotations[joint], scalar_first=True) * turned, STANDARD.parents[joint]
+    return turned
+
+
+def test_a_section_is_inclined_as_in_its_recording_and_turns_with_the_hips():
+    rng = np.random.default_rng(5)
+    parents = np.asarray(STANDARD.parents, dtype=np.int64)
+    for _ in range(20):
+        source, desired = Rotation.random(2 * len(parents), rng=rng).as_quat(scalar_first=True).reshape(2, -1, 4)
+        before = desired.copy()
+        joint = STANDARD.joints.index("spine")
+        player_kernels.keep_upright(parents, source, joint, desired)
+        np.testing.assert_array_equal(np.delete(desired, joint, axis=0), np.delete(before, joint, axis=0))
+        apart = in_world(desired, joint) * in_world(source, joint).inv()
+        np.testing.assert_allclose(apart.apply([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0], atol=1e-12)
+        turned = Rotation.from_rotvec([0.0, rng.uniform(-3.0, 3.0), 0.0])
+        same = source.copy()
+        same[0] = (turned * Rotation.from_quat(source[0], scalar_first=True)).as_quat(scalar_first=True)
+        player_kernels.keep_upright(parents, source, joint, same)
+        np.testing.assert_allclose(np.abs((same[joint] * source[joint]).sum()), 1.0, atol=1e-12)
+
+
+def test_what_is_shown_of_every_section_is_inclined_as_in_its_recording(trained):
+    player = proposed.start(trained, Stream("new", FRAME_S, FPS), SEED)
+    sections, n_checked = player.sections, 0
+    for heard in live.frames(speaking_body.speech()):
+        if len(player.hear(heard)) != 1:
+            continue
+        shown = sections.begin[player.memory.segment] + player.memory.frame - 1
+        for name, s in (("spine", 1), ("neck", 0)):
+            joint = STANDARD.joints.index(name)
+            apart = in_world(player._desired[0, 3:].reshape(-1, 4), joint)
+            apart *= in_world(sections.rotations[shown[s]], joint).inv()
+            np.testing.assert_allclose(apart.apply([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0], atol=1e-9)
+            n_checked += 1
+    assert n_checked > 100
 
 
 def changes(rows):

@@ -14,8 +14,8 @@ from cospeech.report.exhibits.run import Drawing, Run
 from cospeech.report.scores import common_phrases
 from cospeech.report.systems import Systems, driven, general_controls
 
-MEASURES = ["kappa", "D", "boundary_f1", "S"]
-"""What the figure shows."""
+MEASURES = ["kappa", "D", "boundary_f1", "S", "hand_speed_r"]
+"""What the figure shows, as far as it was measured: without motion, hands have no speed."""
 
 
 def draw(run: Run, differences: pd.DataFrame, bins_s: list[float]) -> Drawing:
@@ -27,7 +27,8 @@ def draw(run: Run, differences: pd.DataFrame, bins_s: list[float]) -> Drawing:
     bins_s : bin widths of S; the widest one is used.
     """
     table = pairs(differences, run.systems, "interior", max(bins_s))
-    return Drawing(table, figure(table, run.systems, MEASURES))
+    measured = [measure for measure in MEASURES if (table["measure"] == measure).any()]
+    return Drawing(table, figure(table, run.systems, measured))
 
 
 def pairs(differences: pd.DataFrame, systems: Systems, part: str, bin_s: float) -> pd.DataFrame:
@@ -81,9 +82,11 @@ def figure(table: pd.DataFrame, systems: Systems, measures: list[str]) -> Figure
         panel.axvline(0, color=style.INK, lw=0.8)
         arrow = {"more": "better →", "less": "← better"}.get(words.MEASURES[measure].better, "")
         bin_s = own["bin_s"].iloc[0] if len(own) else None
-        panel.set_title(words.measure(measure, bin_s).replace(" (", "\n("))
+        panel.set_title(words.measure(measure, bin_s).replace(" ", "\n", 1))
         panel.set_xlabel(arrow, color=style.FAINT)
         panel.grid(axis="x")
+        panel.locator_params(axis="x", nbins=3)
+        panel.xaxis.set_major_formatter(lambda value, _: words.number(value) if value else "0")
         panel.spines["left"].set_visible(False)
         panel.tick_params(axis="y", length=0)
     axes[0, 0].set_yticks(range(len(rows)), [_comparison(systems, system, other) for system, other, _ in rows])

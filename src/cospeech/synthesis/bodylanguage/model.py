@@ -25,8 +25,9 @@ BLENDING = ("velocity", "smooth")
 """How subunits are joined: by the velocity-preserving blending of 5.5, or smoothly (``motion.blending.Transitions``).
 
 On the actors of the demo, who stand still, 95 and 96 % of the joins stay within the accelerations of the recorded
-motion, and only smooth transitions make the arms touch the trunk. Where the actor steps and turns (BEAT2, scott), 10
-and 40 % of the joins do.
+motion, and only smooth transitions make the arms touch the trunk. Where the actor steps and turns (BEAT2, scott), 24
+and 56 % of the joins do; if sections were joined in parent space, so that the trunk inclined with the hips of another
+recording, it would be 13 and 28 %. Feet on the floor still slide there, at 0.10 m/s instead of 0.03.
 """
 
 

@@ -177,6 +177,7 @@ def _sections(model: Model, library: Library) -> tuple[Floats, Sections]:
         begin,
         n_frames,
         joints,
+        np.asarray(library.body.parents, dtype=np.int64),
         library.poses.root_m,
         library.poses.rotations,
         library.before,

@@ -8,6 +8,7 @@ import numpy as np
 
 from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
+from cospeech.motion.blending_kernels import multiply
 from cospeech.synthesis.bodylanguage import forward
 from cospeech.synthesis.bodylanguage.observations import N_OBSERVATIONS
 from cospeech.synthesis.bodylanguage.packing import four, one, pack, three, two
@@ -49,6 +50,7 @@ class Sections(NamedTuple):
     members : (M,) subunits sorted by section and cluster. first : (S, N + 1) where the members of each cluster begin.
     cluster : (M,) cluster of each subunit. begin : (M,) its first frame in the library. n_frames : (M,) its length.
     joints : (S, J) 1 where a joint belongs to a section. The root position belongs to the last one.
+    parents : (J,) the joint that each is attached to; -1 for the root.
     root_m (F, 3), rotations (F, J, 4), before (F,) : see ``motion.library.Library``.
     """
 
@@ -68,6 +70,7 @@ class Sections(NamedTuple):
     begin: Integers
     n_frames: Integers
     joints: Integers
+    parents: Integers
     root_m: Floats
     rotations: Floats
     before: Integers
@@ -140,19 +143,19 @@ def _unpacked(floats: Any, integers: Any, at: Any, root_m: Any, rotations: Any, 
         two(floats, at, 0), three(floats, at, 1), three(floats, at, 2), three(floats, at, 3), two(integers, at, 4),
         three(integers, at, 5), four(floats, at, 6), three(floats, at, 7), two(floats, at, 8), four(floats, at, 9),
         one(integers, at, 10), two(integers, at, 11), one(integers, at, 12), one(integers, at, 13),
-        one(integers, at, 14), two(integers, at, 15), root_m, rotations, before,
+        one(integers, at, 14), two(integers, at, 15), one(integers, at, 16), root_m, rotations, before,
     )  # fmt: skip
     beliefs = Beliefs(
-        three(floats, at, 16),
-        four(floats, at, 17),
+        three(floats, at, 17),
         four(floats, at, 18),
         four(floats, at, 19),
-        three(integers, at, 20),
+        four(floats, at, 20),
+        three(integers, at, 21),
     )
     memory = Memory(
-        one(integers, at, 21), one(integers, at, 22), one(integers, at, 23), two(integers, at, 24),
-        one(floats, at, 25), one(integers, at, 26), one(integers, at, 27), one(floats, at, 28), one(floats, at, 29),
-        one(integers, at, 30), one(floats, at, 31), one(floats, at, 32),
+        one(integers, at, 22), one(integers, at, 23), one(integers, at, 24), two(integers, at, 25),
+        one(floats, at, 26), one(integers, at, 27), one(integers, at, 28), one(floats, at, 29), one(floats, at, 30),
+        one(integers, at, 31), one(floats, at, 32), one(floats, at, 33),
     )  # fmt: skip
     return sections, beliefs, memory
 
@@ -272,6 +275,44 @@ def _decide(sections: Any, rules: Any, beliefs: Any, memory: Any, s: int, pose: 
 
 
 @njit
+def _world_of_parent(rotations: Any, parents: Any, joint: int, turn: Any) -> None:
+    """Write the rotation of the parent of a joint in world space to ``turn`` (4,), given rotations (J, 4)."""
+    turn[0], turn[1], turn[2], turn[3] = 1.0, 0.0, 0.0, 0.0
+    above = parents[joint]
+    while above >= 0:
+        multiply(rotations[above], turn.copy(), turn)
+        above = parents[above]
+
+
+@njit
+def keep_upright(parents: Any, source: Any, joint: int, rotations: Any) -> None:
+    """Turn a joint so that it is inclined in world space as in its recording, whatever it is attached to.
+
+    A section is attached to another one, which shows another recording. The joints are blended in world space so that
+    a gesture keeps its alignment (5.5); the desired rotation in world space is therefore that of the recording. Only
+    its direction about the vertical is relative to that of the hips, as the body may have turned.
+
+    Parameters
+    ----------
+    source : (J, 4) pose in the recording of the joint. rotations : (J, 4) desired pose, whose row ``joint`` is
+        replaced; all are in parent space.
+    """
+    hips, seen = rotations[0], source[0]
+    above, target, turn = np.empty(4), np.empty(4), np.zeros(4)
+    _world_of_parent(source, parents, joint, above)
+    multiply(above, source[joint], target)
+    turn[0], turn[2] = hips[0] * seen[0] + hips[2] * seen[2], hips[2] * seen[0] - hips[0] * seen[2]
+    norm = np.sqrt(turn[0] ** 2 + turn[2] ** 2)
+    if norm > 0.0:  # otherwise, hips that lie have no direction
+        turn[0], turn[2] = turn[0] / norm, turn[2] / norm
+        multiply(turn, target.copy(), target)
+    _world_of_parent(rotations, parents, joint, above)
+    for axis in range(1, 4):
+        above[axis] = -above[axis]
+    multiply(above, target, rotations[joint])
+
+
+@njit
 def begin(sections: Any, initial: Any, memory: Any) -> None:
     """Start a random subunit of each section, of a cluster that is drawn from its initial distribution (S, N)."""
     for s in range(len(initial)):
@@ -282,6 +323,22 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
         memory.frame[s] = 0
         memory.started[s] = 1
         memory.probability[s] = initial[s, chosen]
+
+
+@njit
+def _join(sections: Any, shown: Any, desired: Any) -> None:
+    """Write the pose (3 + 4 J,) of all sections, each of which shows a frame of the library, (S,)."""
+    desired[:3] = sections.root_m[shown[len(shown) - 1]]
+    rotations = desired[3:].reshape((len(sections.parents), 4))
+    for s in range(len(shown)):
+        source = sections.rotations[shown[s]]
+        for joint in range(len(rotations)):
+            if sections.joints[s, joint]:
+                rotations[joint] = source[joint]
+    for joint in range(1, len(rotations)):  # parents first
+        for s in range(len(shown)):
+            if sections.joints[s, joint] and not sections.joints[s, sections.parents[joint]]:
+                keep_upright(sections.parents, sections.rotations[shown[s]], joint, rotations)
 
 
 @njit
@@ -333,18 +390,13 @@ def advance(
                     _update(sections, beliefs, memory, s, rules.mode)
     if not wanted:
         return
+    shown = np.empty(len(memory.segment), dtype=np.int64)
     for s in range(len(memory.segment)):
         if memory.frame[s] >= sections.n_frames[memory.segment[s]]:
             _decide(sections, rules, beliefs, memory, s, pose)
-        frame = sections.begin[memory.segment[s]] + memory.frame[s]
+        shown[s] = sections.begin[memory.segment[s]] + memory.frame[s]
         memory.frame[s] += 1
-        for row in range(2):
-            if row == 1:
-                frame = sections.before[frame]
-            for joint in range(sections.joints.shape[1]):
-                if sections.joints[s, joint]:
-                    for axis in range(4):
-                        desired[row, 3 + 4 * joint + axis] = sections.rotations[frame, joint, axis]
-            if s == len(memory.segment) - 1:
-                for axis in range(3):
-                    desired[row, axis] = sections.root_m[frame, axis]
+    _join(sections, shown, desired[0])
+    for s in range(len(shown)):
+        shown[s] = sections.before[shown[s]]
+    _join(sections, shown, desired[1])
