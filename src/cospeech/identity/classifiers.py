@@ -40,10 +40,18 @@ def train(training: Clips, owner: Integers, n_speakers: int, settings: Settings)
     """
     twice = np.concatenate([np.arange(len(owner)), np.arange(len(owner))])
     clips, models = training.chosen(twice), np.concatenate([owner, np.full(len(owner), n_speakers)])
-    used = np.concatenate([training.frames[b : b + n] for b, n in zip(training.begin, training.length, strict=True)])
-    floor = np.maximum(settings.variance_floor * used.var(axis=0), np.finfo(float).tiny)
+    floor = np.maximum(settings.variance_floor * variance(training), np.finfo(float).tiny)
     begun = word_hmm.start(clips, models, n_speakers + 1, settings.states, floor)
     return word_hmm.fit(begun, clips, models, floor, settings.iterations, settings.tolerance).models
+
+
+def variance(clips: Clips) -> Floats:
+    """Return the variance (D,) of the frames of clips, without a copy of them."""
+    parts = [clips.frames[begin : begin + n] for begin, n in zip(clips.begin, clips.length, strict=True)]
+    n_frames = sum(map(len, parts))
+    mean = np.sum([part.sum(axis=0) for part in parts], axis=0) / n_frames
+    squares = [((part - mean) ** 2).sum(axis=0) for part in parts]
+    return np.asarray(np.sum(squares, axis=0) / n_frames)
 
 
 def log_ratios(models: WordHMMs, clips: Clips) -> Floats:

@@ -131,11 +131,6 @@ def log_likelihoods(models: WordHMMs, clips: Clips) -> Floats:
     return found[:, : len(models.stay)] * np.log(2.0)
 
 
-def _until(frames: Floats) -> Floats:
-    """Return the sums (T + 1, D) of all frames before each."""
-    return np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0)])
-
-
 def start(clips: Clips, owner: Integers, n_models: int, n_states: int, floor: Floats) -> WordHMMs:
     """Return models to start from: each clip is cut into as many equal parts as there are states.
 
@@ -154,10 +149,12 @@ def start(clips: Clips, owner: Integers, n_models: int, n_states: int, floor: Fl
     first, second = np.zeros((n_models, n_states, n_features)), np.zeros((n_models, n_states, n_features))
     pivot = clips.frames.mean(axis=0)
     bounds = clips.begin[:, None] + np.arange(n_states + 1) * clips.length[:, None] // n_states
-    frames = clips.frames - pivot
-    np.add.at(count, owner, np.diff(bounds))
-    np.add.at(first, owner, np.diff(_until(frames)[bounds], axis=1))
-    np.add.at(second, owner, np.diff(_until(frames**2)[bounds], axis=1))
+    for model, places in zip(owner, bounds, strict=True):
+        frames = clips.frames[places[0] : places[-1]] - pivot
+        parts = places[:-1] - places[0]
+        count[model] += np.diff(places)
+        first[model] += np.add.reduceat(frames, parts)
+        second[model] += np.add.reduceat(frames**2, parts)
     mean = first / count[:, :, None]
     variance = np.maximum(second / count[:, :, None] - mean**2, floor)
     clips_of = np.bincount(owner, minlength=n_models)[:, None]
