@@ -330,13 +330,15 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 @njit
 def _join(sections: Any, shown: Any, desired: Any) -> None:
     """Write the pose (3 + 4 J,) of all sections, each of which shows a frame of the library, (S,)."""
-    desired[:3] = sections.root_m[shown[len(shown) - 1]]
+    for axis in range(3):
+        desired[axis] = sections.root_m[shown[len(shown) - 1], axis]
     rotations = desired[3:].reshape((len(sections.parents), 4))
     for s in range(len(shown)):
         source = sections.rotations[shown[s]]
         for joint in range(len(rotations)):
             if sections.joints[s, joint]:
-                rotations[joint] = source[joint]
+                for axis in range(4):
+                    rotations[joint, axis] = source[joint, axis]
     work = np.empty((3, 4))
     for joint in range(1, len(rotations)):  # parents first
         for s in range(len(shown)):
