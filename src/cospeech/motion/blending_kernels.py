@@ -20,7 +20,7 @@ NEAR = 1e-9
 
 @njit
 def multiply(a: Floats, b: Floats, product: Floats) -> None:
-    """Write the product of two quaternions to ``product``, which must not be ``b``."""
+    """Write the product of two quaternions to ``product``, which may be one of them."""
     w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]

@@ -82,14 +82,14 @@ def test_a_section_is_inclined_as_in_its_recording_and_turns_with_the_hips():
         source, desired = Rotation.random(2 * len(parents), rng=rng).as_quat(scalar_first=True).reshape(2, -1, 4)
         before = desired.copy()
         joint = STANDARD.joints.index("spine")
-        player_kernels.keep_upright(parents, source, joint, desired)
+        player_kernels.keep_upright(parents, source, joint, desired, np.empty((3, 4)))
         np.testing.assert_array_equal(np.delete(desired, joint, axis=0), np.delete(before, joint, axis=0))
         apart = in_world(desired, joint) * in_world(source, joint).inv()
         np.testing.assert_allclose(apart.apply([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0], atol=1e-12)
         turned = Rotation.from_rotvec([0.0, rng.uniform(-3.0, 3.0), 0.0])
         same = source.copy()
         same[0] = (turned * Rotation.from_quat(source[0], scalar_first=True)).as_quat(scalar_first=True)
-        player_kernels.keep_upright(parents, source, joint, same)
+        player_kernels.keep_upright(parents, source, joint, same, np.empty((3, 4)))
         np.testing.assert_allclose(np.abs((same[joint] * source[joint]).sum()), 1.0, atol=1e-12)
 
 

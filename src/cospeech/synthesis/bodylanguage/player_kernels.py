@@ -280,12 +280,12 @@ def _world_of_parent(rotations: Any, parents: Any, joint: int, turn: Any) -> Non
     turn[0], turn[1], turn[2], turn[3] = 1.0, 0.0, 0.0, 0.0
     above = parents[joint]
     while above >= 0:
-        multiply(rotations[above], turn.copy(), turn)
+        multiply(rotations[above], turn, turn)
         above = parents[above]
 
 
 @njit
-def keep_upright(parents: Any, source: Any, joint: int, rotations: Any) -> None:
+def keep_upright(parents: Any, source: Any, joint: int, rotations: Any, work: Any) -> None:
     """Turn a joint so that it is inclined in world space as in its recording, whatever it is attached to.
 
     A section is attached to another one, which shows another recording. The joints are blended in world space so that
@@ -296,16 +296,18 @@ def keep_upright(parents: Any, source: Any, joint: int, rotations: Any) -> None:
     ----------
     source : (J, 4) pose in the recording of the joint. rotations : (J, 4) desired pose, whose row ``joint`` is
         replaced; all are in parent space.
+    work : (3, 4) working memory.
     """
     hips, seen = rotations[0], source[0]
-    above, target, turn = np.empty(4), np.empty(4), np.zeros(4)
+    above, target, turn = work[0], work[1], work[2]
     _world_of_parent(source, parents, joint, above)
     multiply(above, source[joint], target)
+    turn[1] = turn[3] = 0.0
     turn[0], turn[2] = hips[0] * seen[0] + hips[2] * seen[2], hips[2] * seen[0] - hips[0] * seen[2]
     norm = np.sqrt(turn[0] ** 2 + turn[2] ** 2)
     if norm > 0.0:  # otherwise, hips that lie have no direction
         turn[0], turn[2] = turn[0] / norm, turn[2] / norm
-        multiply(turn, target.copy(), target)
+        multiply(turn, target, target)
     _world_of_parent(rotations, parents, joint, above)
     for axis in range(1, 4):
         above[axis] = -above[axis]
@@ -328,17 +330,20 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 @njit
 def _join(sections: Any, shown: Any, desired: Any) -> None:
     """Write the pose (3 + 4 J,) of all sections, each of which shows a frame of the library, (S,)."""
-    desired[:3] = sections.root_m[shown[len(shown) - 1]]
+    for axis in range(3):
+        desired[axis] = sections.root_m[shown[len(shown) - 1], axis]
     rotations = desired[3:].reshape((len(sections.parents), 4))
     for s in range(len(shown)):
         source = sections.rotations[shown[s]]
         for joint in range(len(rotations)):
             if sections.joints[s, joint]:
-                rotations[joint] = source[joint]
+                for axis in range(4):
+                    rotations[joint, axis] = source[joint, axis]
+    work = np.empty((3, 4))
     for joint in range(1, len(rotations)):  # parents first
         for s in range(len(shown)):
             if sections.joints[s, joint] and not sections.joints[s, sections.parents[joint]]:
-                keep_upright(sections.parents, sections.rotations[shown[s]], joint, rotations)
+                keep_upright(sections.parents, sections.rotations[shown[s]], joint, rotations, work)
 
 
 @njit
