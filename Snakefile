@@ -65,6 +65,8 @@ if workflow.is_main_process:
 FILMED = [take for take, files in TAKES.items() if not capture_takes.is_marker_file(files[0])]
 # The records whose joint angles come from markers or films.
 CAPTURED = [record for record in RECORDS if record in TAKES]
+FILMED_RECORDS = [record for record in CAPTURED if record in FILMED]
+ALL_FILMED = VIRTUAL and FILMED_RECORDS == list(RECORDS)
 VIEWS = list(capture_takes.STUDIO_VIEWS) if VIRTUAL and FILMED else []
 
 ACTORS = list(dict.fromkeys(record["actor"] for record in RECORDS.values()))
@@ -92,6 +94,7 @@ wildcard_constraints:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/calibration.smk"
+include: "workflow/rules/exhibits.smk"
 
 
 # Without records a run identifies speakers, is about route directions, or calibrates a rig, and nothing else.
@@ -99,7 +102,7 @@ MODELS, SWEEP_FIGURES, LIBRARIES = [], [], []
 
 # The records whose heads were filmed, and the heads that are shown.
 FILMED_HEADS = [record for record, given in RECORDS.items() if given["film_left"]]
-HEADS_SHOWN, PORTRAYED = [], []
+HEADS_SHOWN, PORTRAYED, TRANSPLANTED_HEADS = [], [], []
 
 if RECORDS:
 
@@ -194,7 +197,7 @@ rule calibration:
 
 rule quality:
     input:
-        expand(f"{REPORTS}/capture/{{record}}.html", record=[name for name in CAPTURED if name in FILMED]),
+        expand(f"{REPORTS}/capture/{{record}}.html", record=FILMED_RECORDS),
 
 
 rule survey:

@@ -90,13 +90,12 @@ def trained(minutes: float, members: int, mode: str, rng: np.random.Generator) -
 
 
 @njit
-def updates(known: Any, rules: Any, used: Any, frame: Any, pose: Any, observations: Any, desired: Any) -> None:
+def updates(known: Any, used: Any, frame: Any, pose: Any, observations: Any, desired: Any) -> None:
     """Make the decisions of observations, one call for each as in live use."""
-    passed_s = np.full(1, 0.14)
     for k in range(len(observations)):
         used[0] = 0
         frame[:] += 3
-        player_kernels.advance(known, rules, pose, observations[k : k + 1], passed_s, False, desired)
+        player_kernels.advance(*known, pose, observations[k : k + 1], 0.14, False, desired)
 
 
 def best_us(function: Callable[[], None], n: int, times: int = 5) -> float:
@@ -145,8 +144,7 @@ def main() -> None:
             state = proposed.start(learnt, Stream("new", FRAME_S, FPS), 0)
             observations = np.random.default_rng(2).choice([3, 4, 6, 12, 15], UPDATES)
             given = (
-                state._state,
-                state._rules,
+                state._known,
                 state.memory.used,
                 state.memory.frame,
                 state._blender.pose,

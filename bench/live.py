@@ -1,6 +1,7 @@
-"""Measure live motion: processing per 25 ms of sound, and the delay over the loopback interface: python bench/live.py
+"""Measure live motion: processing per frame of sound, and the delay over the loopback interface: python bench/live.py
 
-Ten minutes of studio voices are heard in chunks of 25 ms, as by ``cospeech live``, garbage collection included.
+Ten minutes of studio voices are heard in chunks of a frame, as by ``cospeech live``, garbage collection included: 25
+ms of prosody or, by systems that move the head alone, 10 ms of melody.
 
 - *Processor time* per chunk: hearing and system, in one pass. *Best of three* takes the best of three passes of each
   chunk, which is what remains when neither other programs nor garbage collection disturb; then the same with the
@@ -12,7 +13,8 @@ Ten minutes of studio voices are heard in chunks of 25 ms, as by ``cospeech live
 
 The stand-in moves through a recording with the blending of ``motion.blending``. ``hsmm_sampled`` is the bundled
 model, which decodes the last minute again at every tenth chunk. The others are trained on three minutes of a studio
-actor, if they are installed.
+actor, if they are installed; those of heads, on melodies and heads of three minutes of noise, because what is learnt
+does not change the time that a step takes.
 """
 
 from __future__ import annotations
@@ -31,23 +33,31 @@ import numpy as np
 from syllables import studio
 
 from cospeech import api
-from cospeech.api import ActorModel
+from cospeech.api import ActorModel, HeadModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import bvh, sound
 from cospeech.live import engine, performing
+from cospeech.live.heads import OnBody
 from cospeech.live.sound import Pcm, Pipe
 from cospeech.live.vmc import Packets, Vmc
-from cospeech.motion import library
+from cospeech.motion import head, library
 from cospeech.motion.blending import Blender
 from cospeech.motion.body import STANDARD
+from cospeech.speech import melody
 from cospeech.studio import cast, motion, script, voice
 from cospeech.synthesis.declaration import System
-from cospeech.synthesis.session import Trained
+from cospeech.synthesis.registry import installed
+from cospeech.synthesis.session import Session, Trained
+from cospeech.synthesis.training import head_fold
 
-RATE_HZ, CHUNK, SECONDS, LOOPBACK_S, SEED = 16000, 400, 600, 20, 2012
-BLOCK_S = 0.01
+RATE_HZ, SECONDS, LOOPBACK_S, SEED = 16000, 600, 20, 2012
+BLOCK_S, FRAME_S = 0.01, 0.025
+WAIT_S = 5.0
+"""Time without packets after which none is expected: longer than the lag of a head."""
+
 SYSTEMS = ("controller", "bodylanguage")
+HEADS = ("head", "head_weighted", "iohmm")
 
 
 class StandIn:
@@ -101,9 +111,24 @@ def actor_records(folder: Path) -> list[api.Record]:
     return records
 
 
-def models() -> list[ActorModel]:
+def head_models() -> list[HeadModel]:
+    """Return models that move the head alone."""
+    rng = np.random.default_rng(SEED)
+    walks = np.cumsum(rng.standard_normal((3, 1500, 3)), axis=1)
+    heads = {f"talk_{k}": head.table(8.0 * np.sin(walk / 9.0), 25.0) for k, walk in enumerate(walks)}
+    heard = {
+        name: melody.table(name, 150.0 + rng.normal(0, 20.0, 6000), rng.normal(-30.0, 6.0, 6000), SEED)
+        for name in heads
+    }
+    training, _ = head_fold("eda", None, heard, heads)
+    session = Session(training, {}, {})
+    card = {"speech": api.default_settings()["speech"], "seed": SEED, "motion_fps": 25.0}
+    return [HeadModel(card, system, session.trained(system)) for system in map(installed, HEADS)]
+
+
+def models() -> list[ActorModel | HeadModel]:
     """Return the models to measure."""
-    found = [stand_in(), api.load_model()]
+    found: list[ActorModel | HeadModel] = [stand_in(), api.load_model()]
     with tempfile.TemporaryDirectory() as folder:
         records = actor_records(Path(folder))
     for name in SYSTEMS:
@@ -111,15 +136,23 @@ def models() -> list[ActorModel]:
             found.append(api.train(records, name))
         except UserError as error:
             print(f"{name} is left out: {error}")
-    return found
+    return [*found, *head_models()]
 
 
-def one_pass(model: ActorModel, samples: Floats) -> Floats:
+def chunk_s(model: ActorModel | HeadModel) -> float:
+    """Return the length of the chunks in which a model hears, in seconds: its frames."""
+    return melody.STEP_S if isinstance(model, HeadModel) else FRAME_S
+
+
+def one_pass(model: ActorModel | HeadModel, samples: Floats) -> Floats:
     """Return the processor time of each chunk in us, without and with VMC packets, (2, chunks)."""
     hearing = engine.listening(model, RATE_HZ)
     performer = performing.performer(model, hearing, 0)
     packets = Packets(performer.body)
-    chunks = [samples[first : first + CHUNK] for first in range(0, len(samples), CHUNK)]
+    output = Filled(packets)
+    shown = OnBody(output) if isinstance(model, HeadModel) else output
+    size = round(chunk_s(model) * RATE_HZ)
+    chunks = [samples[first : first + size] for first in range(0, len(samples), size)]
     times = np.empty((2, len(chunks)))
     gc.collect()
     gc.freeze()
@@ -129,18 +162,34 @@ def one_pass(model: ActorModel, samples: Floats) -> Floats:
         made = time.thread_time_ns()
         for made_now in frames:
             for pose in made_now:
-                packets.fill(0.0, pose)
+                shown.show(0, 0.0, pose)
         times[:, place] = made - begin, time.thread_time_ns() - begin
     gc.unfreeze()
     return times / 1000
 
 
-def loopback(model: ActorModel, samples: Floats) -> tuple[Floats, str]:
+class Filled:
+    """An output that fills packets and sends none."""
+
+    in_real_time = False
+
+    def __init__(self, packets: Packets) -> None:
+        self._packets = packets
+
+    def show(self, frame: int, time_s: float, pose: Floats) -> None:  # noqa: ARG002
+        """Fill the packets of a frame."""
+        self._packets.fill(time_s, pose)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def loopback(model: ActorModel | HeadModel, samples: Floats) -> tuple[Floats, str]:
     """Return the delay of each frame in ms, and the line about syllables."""
     ends = os.pipe()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
-        receiver.settimeout(2.0)
+        receiver.settimeout(WAIT_S)
         arrived: list[tuple[float, float]] = []
         begun: list[float] = []
         threads = [
@@ -151,7 +200,8 @@ def loopback(model: ActorModel, samples: Floats) -> tuple[Floats, str]:
         hearing = engine.listening(model, RATE_HZ)
         performer = performing.performer(model, hearing, 0)
         fps = float(model.card["motion_fps"])
-        output = Vmc(performer.body, "127.0.0.1", receiver.getsockname()[1], print)
+        sent = Vmc(performer.body, "127.0.0.1", receiver.getsockname()[1], print)
+        output = OnBody(sent) if isinstance(model, HeadModel) else sent
         running = engine.Engine(source, hearing, performer, [output], fps, print)
         for thread in threads:
             thread.start()
@@ -201,8 +251,9 @@ def main() -> None:
     for model in found:
         engine.warm_up(model)
         name = model.system.name
+        per = f"{1000 * chunk_s(model):g} ms"
         passes = np.array([one_pass(model, samples) for _ in range(3 if model.system.live else 1)])
-        line(name, "processor time per chunk", passes[0, 0], "us")
+        line(name, f"processor time per {per}", passes[0, 0], "us")
         if model.system.live:
             line(name, "best of three", passes[:, 0].min(axis=0), "us")
             line(name, "... with VMC packets", passes[:, 1].min(axis=0), "us")

@@ -36,9 +36,12 @@ from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import project, segments, vocabulary
 from cospeech.data.trajectories import Trajectories
 from cospeech.errors import UserError
-from cospeech.formats import audio, bvh, c3d, camera_toml, elan, films, mp4, sound, textgrid, trc
+from cospeech.formats import audio, bvh, c3d, camera_toml, elan, films, glb_writer, mp4, sound, textgrid, trc
 from cospeech.geometry.camera import Camera
-from cospeech.motion import skeleton
+from cospeech.motion import library, skeleton
+from cospeech.motion.body import STANDARD
+from cospeech.rendering import export
+from cospeech.viewer import files as viewed
 from cospeech.workflow import config, records
 
 MAX_S, MAX_BYTES = 10, 4 << 30
@@ -156,9 +159,14 @@ def _read_config(path: Path) -> None:
         config.check(config.defaults() | given)
 
 
+def _body(path: Path) -> None:
+    glb_writer.write(path, "talk", STANDARD, library.from_motion(_motion()), 20.0, export.surface(1))
+
+
 READERS = {
     "bvh": Reader(".bvh", lambda path: bvh.write(_motion(), path), lambda path: motion.read(path, OURS)),
     "npz": Reader(".npz", _npz, lambda path: motion.read(path, SMPLX)),
+    "glb": Reader(".glb", _body, viewed.read),
     "c3d": Reader(".c3d", _markers, c3d.read),
     "trc": Reader(".trc", _markers, trc.read),
     "motion_csv": Reader(".csv", lambda path: _motion().to_csv(path, index=False), user_tables.motion),

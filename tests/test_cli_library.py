@@ -7,7 +7,8 @@ from vigorous import FPS, FRAME_S, QUICK, Actor, hand_speed
 from cospeech import api, cli
 from cospeech.data import tables
 from cospeech.errors import UserError
-from cospeech.formats import bvh
+from cospeech.formats import bvh, sound
+from cospeech.live import engine, performing
 from cospeech.markov import labelled_hmm
 from cospeech.synthesis import live
 from cospeech.synthesis.controller import SYSTEMS, online
@@ -139,6 +140,64 @@ def test_keywords_are_given_to_the_motion_that_a_controller_has(call, actor, tmp
     trained = api.load_model("made").trained
     assert trained.model.control.keywords == {"big": (3, 7), "small": (1,)}
     assert len(frames_of("made", actor.speech())) == actor.speech().n_motion_frames
+
+
+@pytest.fixture
+def spoken(tmp_path):
+    """Two seconds of sound, the word 'Big' from 0.5 to 0.8 s, and its gestures."""
+    sound.write(hummed(), tmp_path / "hum.wav")
+    (tmp_path / "said.csv").write_text("start_s,end_s,word\n0.2,0.4,so\n0.5,0.8,Big\n")
+    (tmp_path / "words.csv").write_text("word,segment\nbig,3\nbig,7\n")
+    return ["synthesize", "hum.wav", "--format", "table", "--words", "said.csv"]
+
+
+def test_keywords_of_a_record_act_as_keywords_that_are_heard_live(call, spoken, model):
+    assert cli.main([*spoken, "--keywords", "words.csv", "--model", str(model)]) == 0
+    made = tables.read("hum.motion.parquet", "motion")
+    loaded = api.with_keywords(api.load_model(model), {"big": (3, 7)})
+    without = api.synthesize(hummed(), loaded, record="hum").motion
+    hearing = engine.listening(loaded, 16000)
+    moving = performing.performer(loaded, hearing, 0)
+    frames = []
+    for heard in hearing.push(sound.to_16_bit(hummed()) / 32768):
+        if heard.frame == 31:  # ends at 0.8 s
+            moving.prepare("keyword", "big")()
+        frames.append(moving.step(heard))
+    frames.append(moving.end(hearing.n_samples))
+    shown = live.motion_table([part for part in frames if len(part)], FPS)
+    np.testing.assert_array_equal(made[shown.columns], shown)
+    first = np.flatnonzero((made != without).any(axis=1))[0]
+    assert 0.8 * FPS - 1 <= first < len(made) - 5
+
+
+def test_wrong_words_are_one_line(call, spoken, model, tmp_path, capsys):
+    (tmp_path / "other.csv").write_text("word,segment\nbag,3\n")
+    (tmp_path / "none.csv").write_text("word,segment\nbig,9999\n")
+    (tmp_path / "late.csv").write_text("start_s,end_s,word\n8.5,8.8,Big\n")
+    own = ["--model", str(model)]
+    for arguments, message in (
+        (
+            [*spoken, *own],
+            "hum.wav: this model of 'controller' has no keywords; give a gesture controller some first",
+        ),
+        (
+            [*spoken, *own, "--keywords", "other.csv"],
+            "none of the keywords bag is among the words; did you mean 'big'?",
+        ),
+        (
+            [*spoken, *own, "--keywords", "none.csv"],
+            "keyword 'big' has segment 9999, which the library does not have",
+        ),
+        (
+            [*spoken[:-1], "late.csv", *own, "--keywords", "words.csv"],
+            "the word 'Big' ends at 8.800 s, but the sound",
+        ),
+        ([*spoken, "--keywords", "words.csv"], "keywords need a model of 'controller', and this is one of 'hsmm"),
+    ):
+        capsys.readouterr()
+        assert cli.main(arguments) == 1
+        assert message in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "hum.motion.parquet").exists()
 
 
 def still(folder):

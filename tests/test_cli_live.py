@@ -200,7 +200,7 @@ def test_what_was_wrong_with_the_sound_is_said(call):
         (("--model", "none"), "none: no such model folder"),
         (("--record", "old.bvh"), "old.bvh: already exists; replace it with --overwrite"),
         (("--record", "none/a.bvh"), "none/a.bvh: the folder none does not exist"),
-        (("--record", "a.fbx"), "a.fbx: the name of a recording ends in .bvh or .parquet"),
+        (("--record", "a.fbx"), "a.fbx: the name of a recording ends in .bvh, .parquet or .csv"),
         (("--record", "b.bvh", "--record", "old.bvh"), "old.bvh: already exists"),
         (("--style", "energetic=0.7"), "'hsmm_sampled' of this model has no styles and no keywords"),
         (("--keys",), "--keys: the model has no keywords and no styles"),

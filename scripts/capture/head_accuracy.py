@@ -11,12 +11,14 @@ with job.run(snakemake) as work:
     given = work.params
     planted = accuracy.trial(given["n_frames"], stereo.FPS)
     acting = face.Acting(planted.angles_deg, face.pivoted(planted.angles_deg), planted.blink, planted.mouth)
-    found = []
+    found, films = [], {}
     for case in accuracy.cases():
-        cameras = stereo.cameras(case.width_px)[: 2 if case.stereo else 1]
-        looks = face.appearance(given["person"], given["seed"], case.contrast)
-        views = face.frames(acting, looks, cameras, case.noise, given["seed"])
+        cameras, condition = stereo.cameras(case.width_px), (case.width_px, case.contrast, case.noise)
+        if condition not in films:
+            looks = face.appearance(given["person"], given["seed"], case.contrast)
+            films = {condition: face.render(acting, looks, cameras, case.noise, given["seed"])}
         own = optics.rectified(cameras)[0] if case.stereo else optics.single(cameras[0])
+        views = zip(*films[condition][: 2 if case.stereo else 1], strict=True)
         where = f"virtual head, {case.width_px} pixels, contrast {case.contrast:g}, noise {case.noise:g}"
         try:
             poses = track.track_images(views, own, given["settings"] | case.settings, stereo.FPS, where).table

@@ -5,7 +5,7 @@ from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     settings, paths = work.params["settings"], list(work.input.films)
-    cameras = films.cameras(paths, work.input.get("cameras") or None, settings["focal_px"])
+    cameras = films.cameras(paths, work.input.get("cameras") or None, **work.params["focal_length"])
     found = track.track(
         films.probed(paths), cameras, settings, work.params["most_frames_apart"], work.wildcards.record
     )

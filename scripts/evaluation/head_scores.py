@@ -1,5 +1,6 @@
-"""Scores of all heads, of systems that move the head alone and of those that move the whole body, and their means."""
+"""Scores of all heads: of systems that move the head alone, of those that move the body, and of shifted records."""
 
+from cospeech.evaluation import head as comparison
 from cospeech.evaluation import head_sessions
 from cospeech.evaluation.sessions import Bootstrap
 from cospeech.motion import head
@@ -14,6 +15,10 @@ with job.run(snakemake) as work:
         if len(motion):  # not that of a control that leaves the record out
             named = {"system": system, "variant": variant, "actor": given["actors"][record], "record": record}
             found.append(head_sessions.scored(originals[record], head.of_body(motion)).assign(**named, draw=0))
+    for record, actor in given["actors"].items():
+        named = {"system": given["shifted"], "variant": "main", "actor": actor, "record": record}
+        for draw, made in enumerate(comparison.shifted(originals[record], given["shift_s"])):
+            found.append(head_sessions.scored(originals[record], made).assign(**named, draw=draw))
     work.write(found, work.output.scores, "head_scores")
     scores = work.read(work.output.scores, "head_scores")
     settings = Bootstrap(**given["bootstrap"], seed=given["seed"])

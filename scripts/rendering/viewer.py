@@ -9,9 +9,9 @@ from cospeech.viewer.voice import CURVE_S, voice
 from cospeech.workflow import job
 
 
-def version(title, motion, phrases, shown):
+def version(title, motion, phrases, shown, head_by):
     moved = takes.Articulated(STANDARD, library.from_motion(motion))
-    return takes.Version(title, moved, skeleton.frame_rate(motion), phrases, skinned=True, shown=shown)
+    return takes.Version(title, moved, skeleton.frame_rate(motion), phrases, skinned=True, shown=shown, head=head_by)
 
 
 with job.run(snakemake) as work:
@@ -19,9 +19,10 @@ with job.run(snakemake) as work:
     angles = work.read(work.input.head, "head") if work.input.head else None
     motions = head.moved_where([work.read(path, "motion") for path in work.input.motions], given["headless"], angles)
     phrases = [work.read(path, "segments") for path in work.input.phrases]
+    heads = [given["head_by"] if lacks else None for lacks in given["headless"]]
     versions = [
         version(*one)
-        for one in zip(given["titles"], motions, phrases, given["shown"], strict=True)
+        for one in zip(given["titles"], motions, phrases, given["shown"], heads, strict=True)
         if not one[1].empty  # not the systems that failed
     ]
     heard = None

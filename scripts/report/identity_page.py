@@ -1,21 +1,12 @@
 """The page of a run that identifies speakers."""
 
-from pathlib import Path
-
 from cospeech.report import output
-from cospeech.report.exhibits import drawing
-from cospeech.report.exhibits.run import Run
-from cospeech.report.page import identity, rendering, sections
+from cospeech.report.page import identity, inputs, rendering
 from cospeech.workflow import job
 
 with job.run(snakemake) as work:
     given = work.params
-    run = Run.of(given, work.input.published)
-    tables = {name: drawing.read(work, name, run) for name in given["sources"]}
-    files, captions = (
-        {Path(path).name: path for path in paths} for paths in (work.input.exhibits, work.input.captions)
-    )
-    shown = sections.show(run, drawing.named(given["exhibits"]), files, captions)
+    run, tables, shown = inputs.read(work)
     says = identity.content(run, given["config"], tables, shown) | {
         "absent": given["absent"],
         "failed": [],

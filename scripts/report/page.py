@@ -3,9 +3,7 @@
 from pathlib import Path
 
 from cospeech.report import output
-from cospeech.report.exhibits import drawing
-from cospeech.report.exhibits.run import Run
-from cospeech.report.page import content, rendering, sections, videos
+from cospeech.report.page import content, inputs, rendering, videos
 from cospeech.viewer import page as viewer_page
 from cospeech.workflow import job
 
@@ -23,12 +21,7 @@ def viewer(titles, paths, labels):
 
 with job.run(snakemake) as work:
     given = work.params
-    run = Run.of(given, work.input.published)
-    tables = {name: drawing.read(work, name, run) for name in given["sources"]}
-    files, captions = (
-        {Path(path).name: path for path in paths} for paths in (work.input.exhibits, work.input.captions)
-    )
-    shown = sections.show(run, drawing.named(given["exhibits"]), files, captions)
+    run, tables, shown = inputs.read(work)
     clips = [videos.Clip(path, **clip) for path, clip in zip(work.input.videos, given["clips"], strict=True)]
     says = content.content(run, given["config"], tables, shown) | {
         "absent": given["absent"],

@@ -1,7 +1,8 @@
 """Angles of the head of one record by several systems, and their scores; controls draw repeatedly.
 
 The angles in the folder of a system are those of its first draw; they are empty if a matched control leaves the
-record out. The scores are those of all draws.
+record out. The scores are those of all draws. Reports are made of the record that the exhibits show, and are empty
+for others.
 """
 
 import pandas as pd
@@ -46,8 +47,9 @@ with job.run(snakemake) as work:
             for table, schema in given["tables"][system.name].items():
                 work.write(tables[table], f"{folder}/{table}.parquet", schema)
         if system.reports and system.drive == "own":
-            for table, found in session.reports(system, driving).items():
-                work.write(found, f"{folder}/{table}.parquet", system.report_schemas[table])
+            found = session.reports(system, driving) if record == given["shown"] else {}
+            for table, schema in system.report_schemas.items():
+                work.write(found.get(table, files.empty(schema)), f"{folder}/{table}.parquet", schema)
     work.write(scores or files.empty("head_scores"), work.output.scores, "head_scores")
     if failures:  # a system and its controls mostly fail for the same reason
         work.warn(failures[0])

@@ -37,6 +37,25 @@ def test_distances_are_those_of_the_printed_sums():
     assert value(found, "normalised_sums") == pytest.approx(apart / together)
 
 
+def test_a_shifted_recording_has_the_same_statistics_at_other_moments():
+    true = walk(n_frames=600)
+    moved = scoring.shifted(table(true), 5.0)
+    assert len(moved) == scoring.N_SHIFTS
+    starts = [int(np.flatnonzero((own[head.COLUMNS] == true[0]).all(axis=1))[0]) for own in moved]
+    assert (starts[0], starts[-1]) == (150, 450)
+    assert len(set(starts)) == scoring.N_SHIFTS
+    for own in moved:
+        assert sorted(own["y_deg"]) == sorted(true[:, 1])
+    assert scoring.shifted(table(true[:299]), 5.0) == []
+
+
+def test_speeds_of_the_same_head_correlate_and_those_of_a_shifted_one_do_not():
+    true = table(walk(n_frames=3000))
+    assert value(scoring.scores(true, true), "speed_correlation") == pytest.approx(1.0)
+    for own in scoring.shifted(true, 5.0):
+        assert abs(value(scoring.scores(true, own), "speed_correlation")) < 0.1
+
+
 def test_a_head_that_does_not_move_has_a_normalised_distance_of_one():
     found = scoring.scores(table(walk()), table(np.zeros((400, 3))))
     assert value(found, "normalised") == pytest.approx(1.0)

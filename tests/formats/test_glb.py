@@ -1,11 +1,11 @@
 """Binary glTF files against products of 4 x 4 matrices down the node tree."""
 
-import json
 import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from glb_files import by_matrices, packed, random_body
 from scipy.spatial.transform import Rotation, Slerp
 
 from cospeech.corpus.retarget import world_positions, world_rotations
@@ -13,84 +13,6 @@ from cospeech.errors import UserError
 from cospeech.formats import glb
 
 SPIDER = Path(__file__).parents[3] / "shared" / "data" / "creatures" / "Spider.glb"
-
-
-def packed(nodes, joints, animations, **changed):
-    """A .glb file; ``animations`` go from name to channels (node, path, times, values, interpolation)."""
-    binary, views, accessors, listed = b"", [], [], []
-
-    def accessor(values):
-        nonlocal binary
-        data = np.asarray(values, dtype="<f4")
-        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": data.nbytes})
-        width = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[1 if data.ndim == 1 else data.shape[1]]
-        accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": len(data), "type": width})
-        binary += data.tobytes()
-        return len(accessors) - 1
-
-    for name, channels in animations.items():
-        samplers = [
-            {"input": accessor(times), "output": accessor(values), "interpolation": how}
-            for _, _, times, values, how in channels
-        ]
-        targets = [
-            {"sampler": place, "target": {"node": node, "path": path}}
-            for place, (node, path, *_) in enumerate(channels)
-        ]
-        listed.append({"name": name, "samplers": samplers, "channels": targets})
-    content = {
-        "asset": {"version": "2.0"}, "nodes": nodes, "skins": [{"joints": joints}], "animations": listed,
-        "bufferViews": views, "accessors": accessors, "buffers": [{"byteLength": len(binary)}],
-    } | changed  # fmt: skip
-    text = json.dumps(content).encode()
-    text += b" " * (-len(text) % 4)
-    body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
-
-
-def random_body(rng):
-    """Two still nodes above a chain of joints with a branch; the root moves and turns, the others turn."""
-
-    def node(name, children):
-        return {
-            "name": name, "children": children, "translation": rng.normal(size=3).tolist(),
-            "rotation": Rotation.random(random_state=rng).as_quat().tolist(),
-            "scale": [float(rng.uniform(0.5, 2))] * 3,
-        }  # fmt: skip
-
-    nodes = [
-        node("scene", [1]),
-        node("armature", [2]),
-        node("root", [3, 5]),
-        node("a", [4]),
-        node("b", []),
-        node("c", []),
-    ]
-    times = np.arange(13) / 24
-    channels = [(2, "translation", times, rng.normal(size=(13, 3)), "LINEAR")]
-    channels += [(n, "rotation", times, Rotation.random(13, random_state=rng).as_quat(), "LINEAR") for n in (2, 3, 5)]
-    return nodes, [2, 3, 4, 5], channels
-
-
-def by_matrices(nodes, channels, time):
-    """World matrix of every node at a time."""
-    local = []
-    for index, node in enumerate(nodes):
-        moved, turned = np.array(node["translation"]), Rotation.from_quat(node["rotation"])
-        for target, path, times, values, _ in channels:
-            if target == index and path == "translation":
-                moved = np.array([np.interp(time, times, column) for column in np.asarray(values).T])
-            elif target == index:
-                turned = Slerp(times, Rotation.from_quat(values))(time)
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = turned.as_matrix() * node["scale"][0], moved
-        local.append(matrix)
-    world = [None] * len(nodes)
-    world[0] = local[0]
-    for index, node in enumerate(nodes):
-        for child in node["children"]:
-            world[child] = world[index] @ local[child]
-    return world
 
 
 def test_joints_are_where_the_node_tree_puts_them(tmp_path):
@@ -144,12 +66,22 @@ def test_cubic_splines_pass_through_their_keys(tmp_path):
 
 GOOD = random_body(np.random.default_rng(4))
 
+MORPH = [(2, "weights", np.arange(13) / 24, np.zeros(13), "LINEAR")]
+CHAIN = [{"name": f"n{k}", "children": [k + 1] if k < 9999 else []} for k in range(10_000)]
+
 WRONG = {
     "another format": (b"HIERARCHY", "is not a binary glTF file"),
     "truncated": (packed(*GOOD[:2], {"Wave": GOOD[2]})[:-40], "is truncated"),
     "version 1": (b"glTF" + struct.pack("<II", 1, 20) + b"\0" * 8, "is not of glTF version 2"),
     "no animation": (packed(*GOOD[:2], {}), "has no animation"),
     "no skin": (packed(*GOOD[:2], {"Wave": GOOD[2]}, skins=[]), "has no skin"),
+    "morph targets only": (packed(*GOOD[:2], {"Smile": MORPH}), "morph targets and no joint"),
+    "morph targets without skin": (packed(*GOOD[:2], {"Smile": MORPH}, skins=[]), "morph targets and no joint"),
+    "a single key": (
+        packed(*GOOD[:2], {"Wave": [(2, "translation", [0.0], np.zeros((1, 3)), "LINEAR")]}),
+        "two keys",
+    ),
+    "10,000 joints": (packed(CHAIN, list(range(10_000)), {"Wave": GOOD[2]}), "more than 1000 joints"),
     "data elsewhere": (packed(*GOOD[:2], {"Wave": GOOD[2]}, buffers=[{"uri": "x.bin"}]), "in other files"),
     "no accessors": (packed(*GOOD[:2], {"Wave": GOOD[2]}, accessors=[]), "is damaged"),
     "two roots": (packed(GOOD[0], [3, 5], {"Wave": GOOD[2][2:]}), "2 roots"),

@@ -136,7 +136,7 @@ def test_what_cannot_be_recovered_takes_one_line(record):
         ("text.bvh.recording", "is not an interrupted recording"),
         ("missing.bvh.recording", "cannot be read"),
         ("text.bvh", "ends in .recording; correct it"),
-        ("talk.wav.recording", r"ends in \.bvh or \.parquet"),
+        ("talk.wav.recording", r"ends in \.bvh, \.parquet or \.csv"),
     ):
         with pytest.raises(UserError, match=complaint):
             recording.recover(Path(name), False)
@@ -149,7 +149,7 @@ def test_a_name_that_cannot_be_written_is_refused_and_a_file_kept(record):
         ("old.bvh", "already exists; replace it with --overwrite"),
         ("folder.bvh", "is a folder"),
         ("nowhere/talk.bvh", "the folder nowhere does not exist"),
-        ("talk.fbx", r"ends in \.bvh or \.parquet"),
+        ("talk.fbx", r"ends in \.bvh, \.parquet or \.csv"),
         ("/proc/talk.bvh", "cannot be written"),
     ):
         with pytest.raises(UserError, match=complaint):

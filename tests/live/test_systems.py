@@ -8,6 +8,7 @@ from cospeech import api
 from cospeech.data import tables
 from cospeech.errors import UserError
 from cospeech.live import engine, performing
+from cospeech.live.hearing import STREAM
 from cospeech.live.recording import Recorder
 from cospeech.motion.body import STANDARD
 from cospeech.synthesis import bodylanguage, controller
@@ -34,7 +35,7 @@ def test_live_motion_is_that_of_the_recording(trained, samples, tmp_path, name, 
     fps = model.card["motion_fps"]
     recorder = Recorder(tmp_path / "x.parquet", STANDARD, fps, model.card | {"corpus": "virtual"}, False, print)
     run(model, Chunks(spoken, size), [recorder], seed=5, fps=fps)
-    expected = api.synthesize(spoken, model, record=performing.NAME, seed=5).motion
+    expected = api.synthesize(spoken, model, record=STREAM, seed=5).motion
     assert tables.read(tmp_path / "x.parquet", "motion").equals(expected)
     assert np.ptp(expected["left_forearm_x_deg"]) > 1.0
 

@@ -67,3 +67,13 @@ def test_a_strip_shows_where_the_head_moves_most():
     assert times_s[0] == pytest.approx(10.0, abs=0.6)
     image = heads.strip([panel(), panel("system")], times_s)
     assert image.shape == (2 * (heads.PICTURE_PX[0] + 28), heads.STRIP_PICTURES * heads.PICTURE_PX[1], 3)
+
+
+@pytest.mark.parametrize(("n_panels", "rows", "columns"), [(1, 1, 1), (3, 1, 3), (4, 2, 2), (5, 2, 3), (6, 2, 3)])
+def test_many_panels_stand_in_rows(n_panels, rows, columns):
+    panels = [np.full((4, 6, 3), shade, dtype=np.uint8) for shade in range(1, n_panels + 1)]
+    [laid] = [image.copy() for image in heads.in_rows([np.hstack(panels)], 6)]
+    assert laid.shape == (4 * rows, 6 * columns, 3)
+    for place, panel in enumerate(panels):
+        top, left = 4 * (place // columns), 6 * (place % columns)
+        np.testing.assert_array_equal(laid[top : top + 4, left : left + 6], panel)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from cospeech.evaluation import head_recovery, head_sessions
+from cospeech.evaluation import head_readings, head_recovery, head_sessions
 from cospeech.evaluation.sessions import Bootstrap
 from cospeech.motion import head
 from cospeech.report import systems
@@ -48,6 +48,9 @@ def scores(actors):
                 named = {"system": system, "variant": "main", "actor": actor, "record": record, "minute": minute}
                 for measure, scale in (("normalised", 0.1), ("mahalanobis", 0.15), ("euclidean", 1.0)):
                     rows.append(named | {"draw": 0, "measure": measure, "lag_s": np.nan, "value": scale * level})
+                named["draw"], moves = 0, system != "still_head"
+                if moves:
+                    rows.append(named | {"measure": "speed_correlation", "lag_s": np.nan, "value": 0.5 - level / 40})
                 for lag_s in (-0.1, 0.0, 0.1):
                     value = 0.5 - abs(lag_s) - level / 40
                     rows.append(named | {"draw": 0, "measure": "speed_r", "lag_s": lag_s, "value": value})
@@ -86,6 +89,34 @@ def recovery(actors):
                 rows.append(own | {"value": height - abs(lag_s - 0.2), "actor": actor})
             rows.append({"quantity": "lag", "source": source, "value": 0.2, "n": 3000, "actor": actor})
     return head_recovery.table(rows)
+
+
+def transplant(actors):
+    record, actor = next(iter(actors.items()))
+    moved = {"speed_deg_s": 20.0, "spread_deg": 5.0, "patterns_per_minute": 40.0, "pattern_distance": 0.2}
+    named = {"record": record, "voice_actor": actor, "system": "nods", "variant": "main"}
+    rows = [
+        named | moved | {"source": source, "model_actor": model, "melody_ami": agreed}
+        for source, model, agreed in (
+            ("voice_recorded", actor, None), ("own_model", actor, None),
+            ("transplant", "deniz", 0.7), ("model_recorded", "deniz", None),
+        )
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def readings():
+    rows = [
+        {"equation": "4.5", "quantity": "largest error", "unit": "°", "as_printed": 50.0, "as_read": 0.0},
+        {
+            "equation": "4.20",
+            "quantity": "a head that does not move",
+            "unit": "",
+            "as_printed": 900.0,
+            "as_read": 1.0,
+        },
+    ]
+    return head_readings.table(rows)
 
 
 def captured(actors):
@@ -147,5 +178,7 @@ def results(actors):
         "evaluation/head_sessions.parquet": (sessions(actors), "head_sessions"),
         "evaluation/head_recovery.parquet": (recovery(actors), "head_recovery"),
         "evaluation/head_capture.parquet": (captured(actors), "head_capture"),
+        "evaluation/head_readings.parquet": (readings(), "head_readings"),
+        "evaluation/head_transplant.parquet": (transplant(actors), "head_transplant"),
         "capture/head/accuracy.parquet": (accuracy(), "head_accuracy"),
     }

@@ -79,7 +79,7 @@ def test_made_up_sources_have_their_schemas(sources):
         tables.validate(table, exhibits.SOURCES[name].schema, name)
 
 
-@pytest.mark.parametrize("exhibit", exhibits.DIRECTIONS, ids=lambda exhibit: exhibit.name)
+@pytest.mark.parametrize("exhibit", [one for one in exhibits.DIRECTIONS if one.show], ids=lambda one: one.name)
 def test_every_exhibit_is_drawn_shown_and_compared(exhibit, sources, tmp_path):
     given = {argument: sources[name] for argument, name in exhibit.sources.items()}
     drawn = declaration.load(exhibit.draw)(RUN, **given)
@@ -92,6 +92,26 @@ def test_every_exhibit_is_drawn_shown_and_compared(exhibit, sources, tmp_path):
     pairs = declaration.load(exhibit.compare)(RUN, numbers, RUN.published[exhibit.published])
     assert pairs
     assert not any("nan" in text for pair in pairs for text in pair)
+
+
+def test_the_animation_is_drawn_and_its_speed_compared():
+    time_s = np.arange(90) / 30.0
+    share = np.where((time_s >= 1.0) & (time_s < 1.2), (time_s - 1.0) / 0.2, np.nan)
+    hands = dict.fromkeys(["left_x_m", "left_y_m", "right_x_m", "right_y_m"], np.where(np.isfinite(share), 0.2, 0.0))
+    table = pd.DataFrame(
+        {"record": "a", "frame": np.arange(90), "time_s": time_s,
+         "keyword": np.where(np.isfinite(share), "left", None), "keyword_share": share,
+         "accent_share": share, **hands,
+         "head_px": 25.0 * np.maximum(np.minimum(time_s - 1.0, 1.2 - time_s), 0.0)}
+    )  # fmt: skip
+    tables.validate(table, "direction_animation", "animation")
+    drawn = chapter3.animation(RUN, table)
+    head, hands = drawn.figure.axes
+    assert len(head.lines) == 1
+    assert [text.get_text() for text in hands.texts] == ["left"]
+    speed, reach = chapter3.compare_animation(RUN, table, RUN.published["head-text-3-animation"])
+    assert (speed.published, speed.ours) == ("25", "25.0")
+    assert reach.ours == "2.5"
 
 
 def test_the_number_of_gaussians_is_that_of_the_validated_records(sources):

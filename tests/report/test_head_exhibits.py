@@ -1,6 +1,7 @@
 """What exhibits and findings say about heads, on made-up scores."""
 
 import dataclasses
+import io
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,7 @@ import pytest
 from plausible import RUN
 
 from cospeech.report.exhibits import head as heads
-from cospeech.report.exhibits import head_curves, head_patterns, head_scores
+from cospeech.report.exhibits import head_curves, head_patterns, head_scores, transplant
 from cospeech.report.page.head_findings import head_findings
 
 RUN_OF_HEADS = dataclasses.replace(RUN, heads=plausible_heads.SYSTEMS, shown_heads=plausible_heads.SHOWN)
@@ -22,7 +23,12 @@ def test_the_board_lists_each_system_above_its_controls():
     assert [row.line.system for row in board.rows] == [
         "nods", "nods_shuffled", "nods_shifted", "baseline", "baseline_shuffled", "baseline_shifted", "still_head"
     ]  # fmt: skip
-    assert board.heads == ["normalised distance", "Mahalanobis distance", "Euclidean distance (°)"]
+    assert board.heads == [
+        "normalised distance",
+        "Mahalanobis distance",
+        "Euclidean distance (°)",
+        "correlation of speeds",
+    ]
     own = SESSIONS[(SESSIONS["system"] == "nods") & SESSIONS["other"].isna() & (SESSIONS["unit"] == "record")]
     mean = own.loc[own["measure"] == "euclidean", "value"].item()
     assert board.rows[0].cells[2].value == f"{mean:.2f}"
@@ -39,10 +45,16 @@ def test_published_distances_stand_next_to_those_of_the_first_two_systems():
 
 def test_findings_say_what_the_intervals_allow():
     drawn = head_scores.differences(RUN_OF_HEADS, SESSIONS)
-    first, second, *_ = head_findings(RUN_OF_HEADS, drawn.numbers, None)
-    assert "is nearer to the recorded head than" in first.claim
-    assert "“A head that does not move”" in first.claim
-    assert "is farther from it than “Nodding head”" in second.claim
+    first, second, last = head_findings(RUN_OF_HEADS, drawn.numbers, None)
+    assert first.claim == "“Nodding head” moves with the voice."
+    assert first.evidence[0].startswith("correlation of angular speeds, minus own speech, shifted: +0.")
+    assert second.claim == "“Baseline” moves with the voice."
+    assert last.claim == "“A head that does not move” is farther from the recorded head than “Nodding head”."
+    swapped = drawn.numbers.assign(**{name: -drawn.numbers[name] for name in ("value", "low", "high")})
+    swapped = swapped.rename(columns={"low": "high", "high": "low"})
+    first, _, last = head_findings(RUN_OF_HEADS, swapped, None)
+    assert first.claim == "“Nodding head” cannot be shown to move with the voice."
+    assert last.claim == "“A head that does not move” is nearer to the recorded head than “Nodding head”."
     one = drawn.numbers.assign(n=2)
     [few] = head_findings(RUN_OF_HEADS, one, None)
     assert few.claim.startswith("2 records cannot distinguish")
@@ -88,6 +100,31 @@ def test_each_criterion_chooses_its_best_number_of_patterns():
     [pair] = head_curves.compare(RUN, own, RUN.published["head-fig-4.10"])
     assert pair.published == "6 (by α and β together)"
     assert pair.ours == "α: 8, β: 2, BIC per frame: 5, stability over restarts: 2"
+
+
+def test_transplanted_heads_stand_between_recorded_ones():
+    drawn = transplant.heads(RUN_OF_HEADS, plausible_heads.transplant(plausible.ACTORS))
+    rows = transplant.head_table(RUN_OF_HEADS, drawn.numbers).rows
+    assert [row[1].split(", ")[1] for row in rows] == [
+        "recorded with this voice", "own model", "transplant", "recorded"
+    ]  # fmt: skip
+    assert [row[-1] for row in rows] == ["", "", "0.70", ""]
+    assert rows[3][0] == ""
+    assert set(drawn.numbers["title"]) == {"Nodding head"}
+
+
+def test_readings_have_their_units():
+    stored = io.StringIO(heads.readings(RUN, plausible_heads.readings()).numbers.to_csv(index=False))
+    rows = heads.readings_table(RUN, pd.read_csv(stored, dtype={"equation": str})).rows
+    assert rows[0] == [
+        "4.5",
+        "Euler angles are added",
+        "rotations are composed",
+        "largest error",
+        "50.00 °",
+        "0.00 °",
+    ]
+    assert rows[1][4:] == ["900.00", "1.00"]
 
 
 def test_every_stage_of_generation_is_drawn():

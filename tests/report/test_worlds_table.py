@@ -153,7 +153,7 @@ def test_without_intervals_or_records_nothing_is_claimed(n_records):
 
 def test_the_figure_and_the_table_show_every_system_in_every_world():
     numbers = worlds.cells(RUN, differences(as_expected()), SCORES, WORLDS)
-    drawn = worlds._figure(numbers)
+    drawn = worlds.figure(numbers)
     assert len(drawn.axes) == len(MADE_UP) * len(WORLDS)
     assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == [
         "phrases,\ncoupling 0.8",

@@ -69,6 +69,15 @@ def test_files_with_one_motion_are_shown_together_with_the_sound(tmp_path, recor
     assert capsys.readouterr().out == f"{tmp_path / 'page.html'}\n"
 
 
+def test_files_of_one_name_are_told_apart_by_their_kind(tmp_path, recordings):
+    talk, copy = recordings / "talk_1.bvh", tmp_path / "talk_1.glb"
+    assert cli.main(["convert", str(talk), "--out", str(copy)]) == 0
+    assert cli.main(["view", str(talk), str(copy), "--out", str(tmp_path / "page.html")]) == 0
+    (take,) = takes_of(tmp_path / "page.html")
+    assert [version["title"] for version in take["versions"]] == ["talk_1.bvh", "talk_1.glb"]
+    assert [version["surface"] for version in take["versions"]] == [0, 1]
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -82,6 +91,44 @@ def test_what_cannot_be_shown_is_one_line(given, message, tmp_path, monkeypatch,
     assert cli.main(["view", *given, "--out", "page.html"]) == 1
     assert message in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
+
+
+def test_sound_and_motion_of_different_length_are_shown_from_their_start_on(tmp_path, recordings, capsys):
+    given = [str(recordings / name) for name in ("talk_1.bvh", "speech.wav")]
+    assert cli.main(["view", *given, "--out", str(tmp_path / "page.html")]) == 0
+    assert takes_of(tmp_path / "page.html")[0]["duration"] == pytest.approx(12.0)
+    line = capsys.readouterr().err
+    assert "talk_1 lasts 12.0 s and" in line
+    assert "speech.wav 10.0 s" in line
+    assert line.count("\n") == 1
+
+
+def body_text(n_joints, n_frames):
+    """A BVH file of a root with many children, which do not move."""
+    child = (
+        "JOINT j{}\n{{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{{\nOFFSET 0 1 0\n}}\n}}\n"
+    )
+    root = "HIERARCHY\nROOT j0\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition "
+    root += "Zrotation Xrotation Yrotation\n"
+    frames = " ".join(["0"] * (3 * n_joints + 3)) + "\n"
+    head = f"}}\nMOTION\nFrames: {n_frames}\nFrame Time: 0.05\n"
+    return root + "".join(child.format(k) for k in range(1, n_joints)) + head + frames * n_frames
+
+
+def test_a_single_frame_is_a_still_pose(tmp_path, capsys):
+    (tmp_path / "one.bvh").write_text(body_text(3, 1))
+    assert cli.main(["view", str(tmp_path / "one.bvh"), "--out", str(tmp_path / "page.html")]) == 0
+    assert takes_of(tmp_path / "page.html")[0]["versions"][0]["frames"] == 1
+    assert "one.bvh: contains a single frame" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("size", "message"), [((3, 0), "holds 0"), ((10_000, 2), "more than 1000 joints")])
+def test_a_body_without_motion_or_with_too_many_joints_is_one_line(size, message, tmp_path, capsys):
+    (tmp_path / "a.bvh").write_text(body_text(*size))
+    assert cli.main(["view", str(tmp_path / "a.bvh"), "--out", str(tmp_path / "page.html")]) == 1
+    line = capsys.readouterr().err
+    assert message in line
+    assert line.count("\n") == 1
 
 
 def test_an_existing_page_stays(tmp_path, recordings, capsys):
@@ -105,3 +152,4 @@ def test_each_animation_of_a_creature_is_a_take(tmp_path):
     assert [take["title"].split("_")[1] for take in takes_of(tmp_path / "page.html")] == [
         "Attack", "Death", "Idle", "Jump", "Walk",
     ]  # fmt: skip
+    assert len({id(version.mesh) for version in files.read(spider)}) == 1

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from cospeech.errors import UserError
+from cospeech.formats import glb_mesh
 from cospeech.geometry import rotation
 from cospeech.motion import library
 from cospeech.motion.body import STANDARD
@@ -35,7 +36,22 @@ def moving():
 
 
 @pytest.fixture(scope="module")
-def made(moving, tmp_path_factory):
+def dressed():
+    """Two joints on their own, and a surface that follows them."""
+    rng = np.random.default_rng(2)
+    turns = rotation.to_quaternions(rotation.from_vectors(rng.normal(0.0, 1.0, (3, 2, 3))))
+    bind = np.tile(np.eye(4), (3, 1, 1))
+    bind[:, :3] = rng.normal(0.0, 1.0, (3, 3, 4))
+    triangle, slot, weight = np.arange(30).reshape(-1, 3), rng.integers(0, 3, (30, 4)), rng.dirichlet(np.ones(4), 30)
+    position, colour = rng.uniform(-1, 1, (30, 3)), rng.uniform(0, 1, (30, 3))
+    normal = np.tile([0.0, 1.0, 0.0], (30, 1))
+    mesh = glb_mesh.Mesh(position, normal, colour, slot, weight, triangle, np.array([0, 1, 1]), bind)
+    moved = takes.Free(("a", "b"), (-1, 0), rng.normal(0.0, 1.0, (3, 2, 3)), turns)
+    return takes.Version("own", moved, FPS, mesh=mesh, head="another system")
+
+
+@pytest.fixture(scope="module")
+def made(moving, dressed, tmp_path_factory):
     time_s = np.arange(round(DURATION_S * 16000)) / 16000
     heard = voice.voice(0.3 * np.sin(2 * np.pi * 200 * time_s))
     phrases = pd.DataFrame({"start_s": [0.0, 1.5], "end_s": [1.5, 4.0], "label": ["rest", "</script>"]})
@@ -47,6 +63,7 @@ def made(moving, tmp_path_factory):
     shown = [
         takes.Take("first", versions, heard.encoded, heard.duration_s, heard.curves, voice.CURVE_S),
         takes.Take("markers", [takes.Version("markers", markers, 100.0)]),
+        takes.Take("dressed", [dressed]),
     ]
     path = tmp_path_factory.mktemp("page") / "viewer.html"
     path.write_text(page.page("test of the <viewer>", shown), encoding="utf-8")
@@ -95,6 +112,31 @@ def test_the_surface_follows_the_bones(opened, moving):
     poses = moving[1].poses.resampled(np.array([2 * FPS - 0.5]))
     expected = STANDARD.world(poses.root_m, poses.rotations)[1][0]
     np.testing.assert_allclose(bones - shift, expected, atol=2e-3)
+
+
+@needs_chromium
+def test_a_surface_of_its_own_follows_the_joints_and_can_be_hidden(opened, dressed):
+    opened.value("viewer.choose(2)")
+    opened.value(f"(async () => {{ viewer.seek({1.5 / FPS}); await new Promise(requestAnimationFrame); }})()")
+    seen = opened.value(
+        "(() => { const { surface } = viewer.figures[0], spot = new THREE.Vector3(); surface.skeleton.update();"
+        " return Array.from({ length: 30 }, (_, k) => surface.getVertexPosition(k, spot).toArray()); })()"
+    )
+    mesh, motion = dressed.mesh, dressed.motion
+    joints = np.tile(np.eye(4), (2, 1, 1))
+    joints[:, :3, :3], joints[:, :3, 3] = rotation.from_quaternions(motion.turns[1]), motion.places_m[1]
+    corners = np.column_stack([mesh.position, np.ones(30)])
+    expected = np.einsum("nk,nkab,nb->na", mesh.weight, (joints[mesh.joint] @ mesh.bind)[mesh.slot], corners)[:, :3]
+    np.testing.assert_allclose(seen, expected, atol=1e-3)
+    assert opened.value("viewer.figures[0].chip.textContent") == "own · head: another system"
+    drawn = {}
+    for look in ("body", "skeleton", "axes"):
+        opened.value(f"(async () => {{ viewer.look = '{look}'; viewer.changed = true;"
+                     " await new Promise(requestAnimationFrame); })()")  # fmt: skip
+        parts = "['surface', 'bones', 'axes'].map(part => viewer.figures[0][part].visible)"
+        drawn[look] = opened.value(parts)
+    opened.value("viewer.look = 'body'; viewer.choose(0)")
+    assert drawn == {"body": [True, False, False], "skeleton": [False, True, False], "axes": [False, True, True]}
 
 
 @needs_chromium
@@ -178,6 +220,10 @@ def test_without_webgl_the_page_says_so(made, tmp_path):
         tab.open(made)
         tab.wait("!viewer.note.hidden")
         assert "no WebGL" in tab.value("viewer.note.textContent")
+        tab.value("viewer.ready")
+        tab.value("viewer.seek(3.5); viewer.setPlaying(true)")
+        tab.wait("!viewer.clock.playing && viewer.time > 3.9")  # it plays up to the end
+        assert "0:04" in tab.value("viewer.clockText.textContent")
         assert tab.errors == []
 
 

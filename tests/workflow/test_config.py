@@ -307,7 +307,11 @@ def test_films_and_markers_are_takes_and_so_are_the_ranges_of_motion(captured):
     assert capture_takes.offsets_s(captured, "range~x") == {"c1": 0.5, "c2": 1.0}
     takes = capture_takes.takes(DEMO, record_list.records(DEMO, "r"), "r")
     assert takes["range~ada"] == [f"r/corpus/raw/range~ada/c{number}.mkv" for number in range(1, 6)]
-    assert len(takes) == 8 + 2
+    assert set(takes) == {"ada_1", "deniz_1", "range~ada", "range~deniz"}
+    others = {name for name, record in record_list.records(DEMO, "r").items() if record["motion"]}
+    assert others == {f"{actor}_{number}" for actor in ("ada", "deniz") for number in (2, 3, 4)}
+    every = changed(studio__filmed_records=None)
+    assert len(capture_takes.takes(every, record_list.records(every, "r"), "r")) == 8 + 2
     unfilmed = changed(studio__film=False)
     assert capture_takes.takes(unfilmed, record_list.records(unfilmed, "r"), "r") == {}
 
@@ -340,6 +344,51 @@ def test_takes_that_cannot_be_captured_are_named(captured, key, value, complaint
 def test_a_record_has_one_kind_of_motion():
     with pytest.raises(UserError, match="record 'a' has both motion and views"):
         record_list.records(recorded([A | {"views": "a"}, B]), "r")
+
+
+FACE = {"record": "a", "actor": "x", "film_left": "a.mkv", "audio": "a.wav"}
+OTHER_FACE = FACE | {"record": "b", "film_left": "b.mkv", "audio": "b.wav"}
+
+
+@pytest.fixture
+def faces(files):
+    """Films and a camera file of two records."""
+    for name in ("a.mkv", "b.mkv", "right.mkv", "rig.toml"):
+        Path(name).touch()
+
+
+@pytest.mark.usefixtures("faces")
+def test_the_focal_length_of_a_single_film_is_that_of_its_record_or_of_the_corpus():
+    settings = recorded([FACE, OTHER_FACE | {"focal_px": 1250}])
+    settings["capture"]["head"]["focal_35mm"] = 26
+    listed = record_list.records(settings, "r")
+    assert [(one["focal_px"], one["focal_35mm"]) for one in listed.values()] == [(None, 26), (1250, None)]
+    Path("sheet.csv").write_text("record;actor;film_left;audio;focal_35mm\na;x;a.mkv;a.wav;26,5\nb;x;b.mkv;b.wav;24")
+    settings = recorded("sheet.csv")
+    assert [one["focal_35mm"] for one in record_list.records(settings, "r").values()] == [26.5, 24.0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({}, r"record 'a': the focal length of the camera of its film is not known; declare focal_35mm \(35 mm"),
+        ({"focal_px": 900, "focal_35mm": 26}, "record 'a' has both focal_px and focal_35mm; leave one of them out"),
+        (
+            {"focal_px": 900, "film_cameras": "rig.toml"},
+            "record 'a' has film_cameras as well; focal_px is for a sing",
+        ),
+        (
+            {"focal_35mm": 26, "film_right": "right.mkv", "film_cameras": "rig.toml"},
+            "record 'a' has film_cameras as well; focal_35mm is for a single film",
+        ),
+        ({"film_left": None, "motion": "a.bvh", "focal_px": 9}, "record 'a' has no film_left; focal_px is for a sin"),
+    ],
+)
+@pytest.mark.usefixtures("faces")
+def test_focal_lengths_that_are_missing_or_do_not_belong_are_refused(changes, complaint):
+    with pytest.raises(UserError, match=complaint) as caught:
+        record_list.records(recorded([FACE | changes, OTHER_FACE | {"focal_px": 900}]), "r")
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.usefixtures("files")
@@ -397,6 +446,8 @@ def test_times_in_a_list_may_be_written_with_colons():
         ("Record;actor\n", "unknown column 'Record'; did you mean 'record'"),
         ("record,actor,start_s\na,x,nan\n", "line 2: start_s 'nan' is not a number"),
         ("record,actor,start_s\na,x,-1\n", "line 2: start_s is negative"),
+        ("record,actor,focal_35mm\na,x,26 mm\n", "line 2: focal_35mm '26 mm' is not a number; write a number with"),
+        ("record,actor,focal_px\na,x,-900\n", "line 2: focal_px -900 is not a focal length; write a positive"),
         ('record,actor,motion\na,x,"a\nb.bvh"\n', "line 2: the cell in column 'motion' contains a line break"),
         ('record,actor\n"a\n",x\n"b/c",x\n', "line 4: 'b/c' becomes part of a path"),
         ("record,actor,start_s\na,x,00:00:05:12\n", "a time code with a frame number"),

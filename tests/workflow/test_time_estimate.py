@@ -38,6 +38,7 @@ def test_the_line_states_jobs_time_and_disk_space_for_films():
     line = time_estimate.line(FILMS, DEMO, 5, 0, 2)
     assert line.startswith("22 jobs, about 0:0")
     assert line.endswith("on 2 cores; 0.5 GB of film")
+    assert time_estimate.line({"studio_film": 2}, DEMO, 5, 0, 2).endswith("0.1 GB of film")
     assert "film" not in time_estimate.line({"page": 1}, DEMO, 5, 0, 2)
 
 

@@ -180,8 +180,8 @@ if VIRTUAL and FILMED:
         message:
             f"track the markers of {{wildcards.take}} by the method '{OTHER}'"
 
-    # The markers to score against the ground truth: all records by the method in use, the first also by the other.
-    TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in RECORDS]
+    # The markers to score against the ground truth: all filmed records by the method in use, the first also by the other.
+    TRACKED = [(record, TRACKER, f"{RESULTS}/capture/{record}") for record in FILMED_RECORDS]
     TRACKED += [(record, OTHER, f"{RESULTS}/capture/{record}/{OTHER}") for record in FIRST_RECORDS[:1]]
 
     rule capture_scores:
@@ -191,15 +191,15 @@ if VIRTUAL and FILMED:
             spots=rules.studio_laser.output.laser,
             views=[f"{folder}/markers_2d.parquet" for *_, folder in TRACKED],
             world=[f"{folder}/markers_3d.parquet" for *_, folder in TRACKED],
-            true_views=expand(f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet", record=RECORDS),
-            true_world=expand(f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet", record=RECORDS),
-            takes=[f"{RESULTS}/capture/range~{actor_of(record)}/markers_3d.parquet" for record in RECORDS],
-            motion=expand(f"{RESULTS}/capture/{{record}}/motion.parquet", record=RECORDS),
-            true_motion=expand(f"{RESULTS}/corpus/truth/motion~{{record}}.parquet", record=RECORDS),
+            true_views=expand(f"{RESULTS}/corpus/truth/markers_2d~{{record}}.parquet", record=FILMED_RECORDS),
+            true_world=expand(f"{RESULTS}/corpus/truth/markers_3d~{{record}}.parquet", record=FILMED_RECORDS),
+            takes=[f"{RESULTS}/capture/range~{actor_of(record)}/markers_3d.parquet" for record in FILMED_RECORDS],
+            motion=expand(f"{RESULTS}/capture/{{record}}/motion.parquet", record=FILMED_RECORDS),
+            true_motion=expand(f"{RESULTS}/corpus/truth/motion~{{record}}.parquet", record=FILMED_RECORDS),
         output:
             scores=f"{RESULTS}/capture/capture_scores.parquet",
         params:
-            records=list(RECORDS),
+            records=FILMED_RECORDS,
             tracked=[(record, method) for record, method, _ in TRACKED],
             method=TRACKER,
             static_s=config["capture"]["static_s"],

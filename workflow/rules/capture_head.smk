@@ -18,6 +18,7 @@ if FILMED_HEADS:
             record="|".join(FILMED_HEADS),
         params:
             settings=config["capture"]["head"],
+            focal_length=lambda wildcards: {key: RECORDS[wildcards.record][key] for key in record_list.FOCAL_LENGTHS},
             most_frames_apart=config["capture"]["track"]["most_frames_apart"],
         message:
             "track the head of {wildcards.record}"

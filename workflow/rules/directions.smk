@@ -1,8 +1,6 @@
 # Keywords, accents and gestures in route directions (Sargin 2006, chapter 3), and the report of such a run. It has no
 # actors.
 
-from cospeech.report import exhibits as declared
-
 SETTINGS = config["directions"]
 SPEAKERS = config["studio"]["directions"]
 HANDS_FPS = 30.0
@@ -148,35 +146,42 @@ rule co_occurrence:
         "../../scripts/evaluation/co_occurrence.py"
 
 
-TEMPLATE = Path(workflow.basedir) / "reports" / "template"
-PARTS = [TEMPLATE / "style.css", *sorted(TEMPLATE.rglob("*.jinja"))]
-PUBLISHED = TEMPLATE / "published.yaml"
+rule direction_animation:
+    input:
+        **GIVEN,
+        movement=MOVEMENT,
+        keywords=rules.keywords.output.detections,
+        accents=rules.accents.output.detections,
+    output:
+        animation=f"{RESULTS}/directions/animation.parquet",
+    params:
+        states=SETTINGS["gestures"]["hand_states"],
+        gaussians=max(SETTINGS["keywords"]["gaussians"]),
+        features="Δf, p, I",
+        training=SETTINGS["training"],
+        fps=HANDS_FPS,
+        seed=config["seed"],
+    message:
+        "animation of an answer"
+    script:
+        "../../scripts/synthesis/direction_animation.py"
+
+
+rule direction_strip:
+    input:
+        animation=rules.direction_animation.output.animation,
+    output:
+        strip=f"{RESULTS}/directions/strip.png",
+    message:
+        "stick figure and body"
+    script:
+        "../../scripts/rendering/direction_strip.py"
+
+
 EXHIBITS = declared.DIRECTIONS
-SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 EXHIBIT_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in paths] for name, paths in declared.sources(EXHIBITS, {}).items()
 }
-
-# There are no systems, which every other exhibit is about.
-ABOUT_RUN = {
-    "systems": {},
-    "heads": {},
-    "shown_heads": [],
-    "actors": {},
-    "pictured": [],
-    "in_timeline": [],
-    "main": {},
-}
-
-
-def exhibit_files():
-    """The files of all exhibits; the first of each has a caption in Snakemake's own report."""
-    files = []
-    for exhibit in EXHIBITS:
-        first, *others_of_it = [f"{REPORTS}/{path}" for path in exhibit.files]
-        caption = f"../../reports/template/captions/{exhibit.name}.rst"
-        files += [report(first, caption=caption, category=SECTION_TITLES[exhibit.section]), *others_of_it]
-    return files
 
 
 rule direction_exhibits:
@@ -184,9 +189,9 @@ rule direction_exhibits:
         sources=[path for paths in EXHIBIT_SOURCES.values() for path in paths],
         published=PUBLISHED,
     output:
-        *exhibit_files(),
+        *exhibit_files(EXHIBITS),
     params:
-        **ABOUT_RUN,
+        **WITHOUT_SYSTEMS,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
         sources=EXHIBIT_SOURCES,
         settings={},
@@ -215,7 +220,7 @@ rule direction_page:
     output:
         page=PROMISED[0],
     params:
-        **ABOUT_RUN,
+        **WITHOUT_SYSTEMS,
         config=config,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
         function_code=code_hash.modules_hash(declared.modules(EXHIBITS)),

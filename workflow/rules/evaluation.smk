@@ -145,7 +145,8 @@ if VIRTUAL:
             "../../scripts/evaluation/recovery.py"
 
 
-if VIRTUAL and FILMED:
+# Where all records are filmed, their scores are compared with those from the true joint angles.
+if ALL_FILMED:
 
     rule true_angles:
         input:

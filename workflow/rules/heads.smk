@@ -40,6 +40,7 @@ def head_params(systems, apart):
         "shared": SHARED_SETTINGS,
         "own": own_settings(systems),
         "wrong": {"shift_s": SYNTHESIS["shift_s"], **config["evaluation"]["interior"]},
+        "shown": next(iter(RECORDS)),
         "seed": config["seed"],
         "method_code": code_hash.modules_hash(
             [name for system in systems for name in (HEADS[system].method, HEADS[system].schemas) if name]
@@ -85,6 +86,10 @@ for name in HEADS_APART:
 WHOLE = [name for name in makers(SYSTEMS, "motion") if "motion" in BRINGS and not CHOSEN.apart(name)]
 
 
+# The recorded head itself at another moment: a control that no system can be, as none knows the record it is to make.
+SHIFTED_HEAD = "original_shifted"
+
+
 rule head_scores:
     input:
         scores=[
@@ -100,7 +105,12 @@ rule head_scores:
     params:
         actors={record: actor_of(record) for record in RECORDS},
         whole=[(system, variant_of(system), record) for system in WHOLE for record in RECORDS],
-        systems={name: (CHOSEN.systems[name].role, list(CHOSEN.systems[name].controls)) for name in [*HEADS, *WHOLE]},
+        systems={
+            **{name: (CHOSEN.systems[name].role, list(CHOSEN.systems[name].controls)) for name in [*HEADS, *WHOLE]},
+            SHIFTED_HEAD: ("control", []),
+        },
+        shifted=SHIFTED_HEAD,
+        shift_s=SYNTHESIS["shift_s"],
         bootstrap=config["evaluation"]["bootstrap"],
         seed=config["seed"],
     message:
@@ -153,6 +163,65 @@ rule head_model:
         "../../scripts/synthesis/head_model.py"
 
 
+# The system whose patterns of head and melody all others share: one actor's model is driven by another actor's voice.
+NODDER = next((name for name in HEADS_MODELLED if "head_patterns" in HEADS[name].tables), None)
+TRANSPLANTED_HEADS = TRANSPLANTS if NODDER and "audio" in BRINGS else []
+
+
+def place_of_patterns(system):
+    """The folder with the tables of a system's models, of which the job of its scores writes one for each record."""
+    return f"{RESULTS}/synthesis/{system}/{variant_of(system)}"
+
+
+if TRANSPLANTED_HEADS:
+
+    rule head_transplant:
+        input:
+            model=f"{RESULTS}/models/{NODDER}/main/{{actor}}",
+            audio=f"{RESULTS}/corpus/audio/{{record}}.wav",
+        output:
+            head=f"{RESULTS}/transplant/{{actor}}/{{record}}/head.parquet",
+        params:
+            seed=config["seed"],
+            method_code=code_hash.modules_hash([HEADS[NODDER].method]),
+        message:
+            "head of {wildcards.record}, driven through the model of {wildcards.actor}"
+        script:
+            "../../scripts/synthesis/head_transplant.py"
+
+    rule head_transplants:
+        input:
+            own=[expand(made_by(NODDER, "head.parquet"), record=record)[0] for _, record in TRANSPLANTED_HEADS],
+            transplanted=[
+                f"{RESULTS}/transplant/{actor}/{record}/head.parquet" for actor, record in TRANSPLANTED_HEADS
+            ],
+            models=[f"{RESULTS}/models/{NODDER}/main/{actor}" for actor, _ in TRANSPLANTED_HEADS],
+            melodies=[f"{RESULTS}/speech/{record}/melody.parquet" for _, record in TRANSPLANTED_HEADS],
+            heads=expand(f"{RESULTS}/head/{{record}}.parquet", record=RECORDS),
+        output:
+            table=f"{RESULTS}/evaluation/head_transplant.parquet",
+        params:
+            records=list(RECORDS),
+            pairs=[
+                {
+                    "record": record,
+                    "voice_actor": actor_of(record),
+                    "model_actor": actor,
+                    "own_model": f"{place_of_patterns(NODDER)}/{record}",
+                    "own_records": others(record),
+                    "other_model": f"{RESULTS}/models/{NODDER}/main/{actor}",
+                    "other_records": records_of(actor),
+                }
+                for actor, record in TRANSPLANTED_HEADS
+            ],
+            system=NODDER,
+            variant=variant_of(NODDER),
+        message:
+            "one actor's model of the head under another actor's voice"
+        script:
+            "../../scripts/evaluation/head_transplants.py"
+
+
 # The records whose heads are shown: some of those of a corpus of heads, and one where there are bodies to watch.
 PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
 
@@ -160,6 +229,28 @@ PORTRAYED = list(RECORDS)[:1] if SYSTEMS else list(RECORDS)[:4]
 # moment.
 LISTENING = [name for name in [*HEADS_TOGETHER, *HEADS_APART] if HEADS[name].role == "system"][:3]
 HEADS_SHOWN = [*LISTENING, *(HEADS[name].controls[-1] for name in LISTENING[:1])]
+
+
+# The equations that are read otherwise than printed, on the first record and the patterns learnt without it.
+READ_RECORD = list(RECORDS)[0]
+if HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports:
+
+    rule head_readings:
+        input:
+            made=expand(made_by(HEADS_SHOWN[0], "head.parquet"), record=READ_RECORD),
+            melody=f"{RESULTS}/speech/{READ_RECORD}/melody.parquet",
+            head=f"{RESULTS}/head/{READ_RECORD}.parquet",
+            accuracy=f"{RESULTS}/capture/head/accuracy.parquet" if VIRTUAL and FILMED_HEADS else [],
+        output:
+            table=f"{RESULTS}/evaluation/head_readings.parquet",
+        params:
+            patterns=f"{place_of_patterns(HEADS_SHOWN[0])}/{READ_RECORD}/head_patterns.parquet",
+            curves=f"{place_of_patterns(HEADS_SHOWN[0])}/{READ_RECORD}/curves.parquet",
+            seed=config["seed"],
+        message:
+            "equations of Sargin 2006 as printed and as read"
+        script:
+            "../../scripts/evaluation/head_readings.py"
 
 
 def film_of_head(wildcards):
@@ -201,6 +292,26 @@ if VIRTUAL and FILMED_HEADS:
             "../../scripts/evaluation/head_capture.py"
 
 
+if TRANSPLANTED_HEADS:
+
+    rule transplant_portraits:
+        input:
+            original=f"{RESULTS}/head/{{record}}.parquet",
+            heads=[made_by(NODDER, "head.parquet"), f"{RESULTS}/transplant/{{actor}}/{{record}}/head.parquet"],
+            audio=f"{RESULTS}/corpus/audio/{{record}}.wav",
+            film=[],
+        output:
+            video=f"{RESULTS}/transplant/{{actor}}/{{record}}/heads.mp4",
+            strip=f"{RESULTS}/transplant/{{actor}}/{{record}}/heads.png",
+        params:
+            settings={key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")},
+            titles=lambda wildcards: ["original", "own model", f"model of {wildcards.actor}"],
+        message:
+            "video of the head of {wildcards.record}: original, own model, model of {wildcards.actor}"
+        script:
+            "../../scripts/rendering/portraits.py"
+
+
 rule pattern_poses:
     input:
         patterns=outputs_for(
@@ -218,11 +329,6 @@ rule pattern_poses:
         "pictures of the patterns of the head"
     script:
         "../../scripts/rendering/pattern_poses.py"
-
-
-def place_of_patterns(system):
-    """The folder with the tables of a system's models, of which the job of its scores writes one for each record."""
-    return f"{RESULTS}/synthesis/{system}/{variant_of(system)}"
 
 
 if VIRTUAL and HAS_HEADS and HEADS_TOGETHER:

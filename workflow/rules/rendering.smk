@@ -3,8 +3,11 @@
 FILM = {key: ANIMATION["video"][key] for key in ("fps", "height_px", "longest_s")}
 SOUND = f"{RESULTS}/corpus/audio/{{record}}.wav" if "audio" in BRINGS else []
 
-# Which of the studio's five films is shown next to a figure: the one from the front.
-SHOT = f"{RESULTS}/corpus/raw/{{record}}/c3.mkv" if VIRTUAL and FILMED else []
+
+def shot_of(wildcards):
+    """Which of the studio's five films is shown next to a figure: the one from the front, if the record was filmed."""
+    record = wildcards.record
+    return f"{RESULTS}/corpus/raw/{record}/c3.mkv" if VIRTUAL and record in FILMED_RECORDS else []
 
 
 # The head that bodies show which make none of their own.
@@ -123,13 +126,13 @@ if "motion" in BRINGS:
             ],
             head=HEAD_SHOWN,
             audio=SOUND,
-            shot=SHOT,
+            shot=shot_of,
         output:
             video=f"{RESULTS}/animation/{{record}}/comparison.mp4",
         params:
             settings=FILM,
             headless=headless(COMPARED),
-            titles=["captured" if SHOT else "original", *COMPARED],
+            titles=lambda wildcards: ["captured" if shot_of(wildcards) else "original", *COMPARED],
         message:
             f"video of {{wildcards.record}}: original, {', '.join(COMPARED)} side by side"
         script:
@@ -176,6 +179,7 @@ if "motion" in BRINGS:
             titles=["Original", *(SYSTEMS[system].title for system in VIEWED)],
             shown=[True, *(system in COMPARED for system in VIEWED)],
             headless=headless(VIEWED),
+            head_by=HEADS[NODDING].title if NODDING else None,
         message:
             "{wildcards.record} for the 3D viewer"
         script:
@@ -185,7 +189,7 @@ if "motion" in BRINGS:
         input:
             motions=expand(f"{RESULTS}/motion/{{record}}.parquet", record=RECORDS),
             phrases=expand(f"{RESULTS}/phrases/gesture/{{record}}.parquet", record=RECORDS),
-            shots=expand(SHOT, record=RECORDS),
+            shots=expand(f"{RESULTS}/corpus/raw/{{record}}/c3.mkv", record=RECORDS if ALL_FILMED else []),
         output:
             picture=f"{RESULTS}/animation/stills.png",
             table=f"{RESULTS}/animation/stills.parquet",

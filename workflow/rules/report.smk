@@ -1,6 +1,5 @@
 # The exhibits of the run, drawn as they are declared, and the page that shows them.
 
-from cospeech.report import exhibits as declared
 from cospeech.report import systems as reported
 
 
@@ -25,6 +24,9 @@ REPORTED = as_reported(SYSTEMS)
 if SYSTEMS and "motion" in BRINGS:
     title = "Original motion, labelled by the same model"
     REPORTED[ORIGINAL] = {"title": title, "role": "ceiling", "variant": variant_of(ORIGINAL), "plans": False}
+REPORTED_HEADS = as_reported(HEADS)
+if HEADS:
+    REPORTED_HEADS[SHIFTED_HEAD] = {"title": "The recorded head at other moments", "role": "control"}
 KNOWN = reported.from_params(REPORTED)
 PICTURED = reported.pictured(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
 IN_TIMELINE = reported.in_timeline(KNOWN, SHOWN_TOGETHER) if SYSTEMS else []
@@ -39,8 +41,10 @@ MET = [
         "sweep": SYSTEMS and SWEEP,
         "two_actors": len(ACTORS) > 1,
         "transplant": SYSTEMS and TRANSPLANTS and BRINGS >= {"motion", "audio"},
+        "head_transplant": TRANSPLANTED_HEADS,
         "takes": CAPTURED,
         "filmed": FILMED,
+        "all_filmed": ALL_FILMED,
         "head_curves": HEADS_SHOWN and "curves" in HEADS[HEADS_SHOWN[0]].reports,
         "filmed_heads": VIRTUAL and FILMED_HEADS,
         "planted_heads": VIRTUAL and HAS_HEADS and HEADS,
@@ -51,7 +55,6 @@ MET = [
 ] + [condition.name for condition in declared.CONDITIONS if condition.name in SYSTEMS]
 EXHIBITS = declared.of_run(MET)
 SWEEP_FIGURES = [f"{REPORTS}/{path}" for exhibit in EXHIBITS if "sweep" in exhibit.needs for path in exhibit.figures]
-SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 
 # What the placeholders in the paths of sources stand for.
 SOURCE_NAMES = {
@@ -69,18 +72,13 @@ SOURCE_NAMES = {
 # What every drawing function and the page may ask about the run.
 ABOUT_RUN = {
     "systems": REPORTED,
-    "heads": as_reported(HEADS),
+    "heads": REPORTED_HEADS,
     "shown_heads": HEADS_SHOWN,
     "actors": {record: actor_of(record) for record in RECORDS},
     "pictured": PICTURED,
     "in_timeline": IN_TIMELINE,
     "main": MAIN._asdict(),
 }
-
-# The template belongs to the program, which may be elsewhere than the results.
-TEMPLATE = Path(workflow.basedir) / "reports" / "template"
-PARTS = [TEMPLATE / "style.css", *sorted(TEMPLATE.rglob("*.jinja"))]
-PUBLISHED = TEMPLATE / "published.yaml"
 
 
 def sources_of(exhibits):
@@ -94,16 +92,6 @@ def sources_of(exhibits):
 def made_from(sources):
     """The declared outputs that must exist before these sources are read."""
     return outputs_for(path for paths in sources.values() for path in paths)
-
-
-def exhibit_files(exhibits):
-    """The files of some exhibits; the first of each has a caption in Snakemake's own report."""
-    files = []
-    for exhibit in exhibits:
-        first, *others_of_it = [f"{REPORTS}/{path}" for path in exhibit.files]
-        caption = f"../../reports/template/captions/{exhibit.name}.rst"
-        files += [report(first, caption=caption, category=SECTION_TITLES[exhibit.section]), *others_of_it]
-    return files
 
 
 def drawn_with(exhibits):
@@ -194,6 +182,16 @@ CLIPS |= {
         "description": f"Record {record}: the original head, synthesised heads and a control side by side",
     }
     for record in PORTRAYED
+}
+
+CLIPS |= {
+    f"{RESULTS}/transplant/{actor}/{record}/heads.mp4": {
+        "section": "head",
+        "group": "transplanted head",
+        "title": f"The voice of {record} ({actor_of(record)}) and the model of {actor}",
+        "description": f"Record {record}: the original head, its own actor's model and the model of {actor}",
+    }
+    for actor, record in TRANSPLANTED_HEADS
 }
 
 # The scripts that bring the records to the 3D viewer.

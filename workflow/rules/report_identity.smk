@@ -1,37 +1,10 @@
 # The exhibits of a run that identifies speakers, and the page that shows them.
 
-from cospeech.report import exhibits as declared
-
-TEMPLATE = Path(workflow.basedir) / "reports" / "template"
-PARTS = [TEMPLATE / "style.css", *sorted(TEMPLATE.rglob("*.jinja"))]
-PUBLISHED = TEMPLATE / "published.yaml"
 MET = ["populations"] if OTHERS["number"] else []
 EXHIBITS = declared.of_run(MET, declared.IDENTITY)
-SECTION_TITLES = {section.anchor: section.short for section in declared.SECTIONS}
 EXHIBIT_SOURCES = {
     name: [f"{RESULTS}/{path}" for path in paths] for name, paths in declared.sources(EXHIBITS, {}).items()
 }
-
-# There are no systems, which every other exhibit is about.
-ABOUT_RUN = {
-    "systems": {},
-    "heads": {},
-    "shown_heads": [],
-    "actors": {},
-    "pictured": [],
-    "in_timeline": [],
-    "main": {},
-}
-
-
-def exhibit_files():
-    """The files of all exhibits; the first of each has a caption in Snakemake's own report."""
-    files = []
-    for exhibit in EXHIBITS:
-        first, *others_of_it = [f"{REPORTS}/{path}" for path in exhibit.files]
-        caption = f"../../reports/template/captions/{exhibit.name}.rst"
-        files += [report(first, caption=caption, category=SECTION_TITLES[exhibit.section]), *others_of_it]
-    return files
 
 
 rule identity_exhibits:
@@ -39,9 +12,9 @@ rule identity_exhibits:
         sources=[path for paths in EXHIBIT_SOURCES.values() for path in paths],
         published=PUBLISHED,
     output:
-        *exhibit_files(),
+        *exhibit_files(EXHIBITS),
     params:
-        **ABOUT_RUN,
+        **WITHOUT_SYSTEMS,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
         sources=EXHIBIT_SOURCES,
         settings={},
@@ -70,7 +43,7 @@ rule identity_page:
     output:
         page=PROMISED[0],
     params:
-        **ABOUT_RUN,
+        **WITHOUT_SYSTEMS,
         config=config,
         exhibits=[exhibit.name for exhibit in EXHIBITS],
         function_code=code_hash.modules_hash(declared.modules(EXHIBITS)),

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cospeech.commands.keywords import read_keywords
 from cospeech.commands.synthesize import note
 from cospeech.errors import UserError
 
@@ -108,33 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
     note(f"{len(library.table)} segments of {len(library.first)} recordings, {seconds:.0f} s{hands}")
     print(arguments.out, flush=True)
     return 0
-
-
-def read_keywords(path: Path) -> dict[str, tuple[int, ...]]:
-    """Return the segments of each keyword in a CSV file.
-
-    Raises
-    ------
-    UserError : if the file cannot be read, lacks a column, or a row has no word or no whole number.
-    """
-    from cospeech.formats import delimited
-
-    sheet = delimited.read(path, ("word", "segment"))
-    for column in ("word", "segment"):
-        if column not in sheet.columns:
-            raise UserError(f"{path}: has no column '{column}'; its columns must be word and segment")
-    found: dict[str, list[int]] = {}
-    for line, cells in sheet.rows:
-        word, segment = cells.get("word", ""), cells.get("segment", "")
-        if not word or not (segment.isascii() and segment.isdecimal()):
-            raise UserError(
-                f"{path}: line {line}: keyword '{word}' with segment '{segment}'; write a word and the number of a "
-                "segment"
-            )
-        found.setdefault(word, []).append(int(segment))
-    if not found:
-        raise UserError(f"{path}: contains no keyword; add rows with a word and the number of a segment")
-    return {word: tuple(dict.fromkeys(segments)) for word, segments in found.items()}
 
 
 def write(out: Path, model: ActorModel, made: object, folder: Folder | None) -> None:

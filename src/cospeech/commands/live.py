@@ -18,7 +18,7 @@ from cospeech.commands.parser import add_channel, whole_number
 from cospeech.errors import UserError
 
 if TYPE_CHECKING:
-    from cospeech.api import ActorModel
+    from cospeech.api import ActorModel, HeadModel
     from cospeech.commands.parser import Parser
     from cospeech.live.changes import Listener
     from cospeech.live.engine import Engine
@@ -94,7 +94,7 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="record the motion, as FILE.bvh or FILE.parquet",
+        help="record the motion, as FILE.bvh, FILE.parquet or FILE.csv",
     )
     parser.add_argument("--overwrite", action="store_true", help="replace existing recordings")
     parser.add_argument(
@@ -191,10 +191,10 @@ def _recover(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, ActorModel]:
+def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, ActorModel | HeadModel]:
     """Return the engine, ready to run, and its model; ``begun_s`` is when the command was called."""
-    from cospeech import api  # not above: these load pandas and the compiled kernels
-    from cospeech.live import engine, performing, recording, vmc
+    # Not above: these load pandas and the compiled kernels.
+    from cospeech.live import engine, heads, performing, recording, vmc
     from cospeech.live.recogniser import Recogniser
 
     for path in arguments.record:
@@ -202,7 +202,7 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
     with ExitStack() as opened:
         source = _source(arguments, begun_s)
         opened.callback(source.close)
-        model = api.load_model(arguments.model)
+        model = _model(arguments.model)
         if arguments.model is None:
             note("using the bundled model, which was learned from a virtual actor and not from people")
         hearing = engine.listening(model, source.rate_hz)
@@ -217,9 +217,11 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
             recogniser = Recogniser(performer.controls.keywords, source.rate_hz, note)
             opened.callback(recogniser.close)
         outputs: list[Output] = []
+        head_alone = model.system.makes == "head"
         if arguments.vmc is not None:
             host, port = arguments.vmc
-            outputs.append(vmc.Vmc(performer.body, host, port, note))
+            sent = vmc.Vmc(performer.body, host, port, note)
+            outputs.append(heads.OnBody(sent) if head_alone else sent)
             opened.callback(outputs[-1].close)
         shown = None
         if arguments.web is not None:
@@ -227,10 +229,11 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
 
             shown = web.Page(performer.body, fps, performer.controls, *arguments.web)
             opened.callback(shown.close)
-            outputs.append(shown)
+            outputs.append(heads.OnBody(shown) if head_alone else shown)
             listeners.append(shown)
+        body = None if head_alone else performer.body
         for path in arguments.record:
-            outputs.append(recording.Recorder(path, performer.body, fps, model.card, arguments.overwrite, note))
+            outputs.append(recording.Recorder(path, body, fps, model.card, arguments.overwrite, note))
             opened.callback(outputs[-1].close)
         engine.warm_up(model)
         opened.pop_all()  # from here on, the engine closes them
@@ -241,6 +244,15 @@ def _engine(arguments: argparse.Namespace, begun_s: float) -> tuple[Engine, Acto
         shown.follow(lambda: running.arrived_s)
         note(f"open {shown.address}/ in a browser")
     return running, model
+
+
+def _model(folder: Path | None) -> ActorModel | HeadModel:
+    """Return the model of a folder, or the bundled one."""
+    from cospeech import api
+
+    if folder is not None and api.system_of_model(folder).makes == "head":
+        return api.load_head_model(folder)
+    return api.load_model(folder)
 
 
 def _listeners(arguments: argparse.Namespace, offered: Controls, opened: ExitStack) -> list[Listener]:

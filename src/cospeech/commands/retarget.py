@@ -30,7 +30,11 @@ with its mesh and the motion in place of its animations.
 
 Limbs, trunk and head keep their directions, the path of the hips is scaled by the
 length of the legs, and the lower foot stays as high above the floor as it is in
-MOTION. Joints that have no counterpart keep their pose relative to their parent."""
+MOTION. Joints that have no counterpart keep their pose relative to their parent.
+
+With --keep hands, the arms do not keep their directions but the hands their places
+relative to the shoulders, scaled to your skeleton: hands that meet or touch in
+MOTION do so on a body of any proportions."""
 
 EPILOG = """\
 examples:
@@ -58,6 +62,12 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="file to write, of the same kind")
     parser.add_argument("--joints", type=Path, metavar="FILE", help="YAML file with the names of your joints")
     parser.add_argument(
+        "--keep",
+        choices=("directions", "hands"),
+        default="directions",
+        help="directions of the arms, or places of the hands relative to the shoulders (default: directions)",
+    )
+    parser.add_argument(
         "--up", choices=("y", "z"), default="y", help="axis of a BVH skeleton that points up (default: y)"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an existing file")
@@ -70,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     if kind not in (".bvh", ".glb"):
         raise UserError(f"{arguments.to}: is no skeleton that can be read; give a BVH or GLB file")
     convert.check_out(out, arguments.overwrite, (kind,))
-    from cospeech.corpus import onto
+    from cospeech.corpus import onto, onto_hands
     from cospeech.motion.body import STANDARD
 
     body, poses, fps = convert.read(arguments.motion, None, "m", "y")
@@ -80,6 +90,8 @@ def run(arguments: argparse.Namespace) -> int:
     declared = None if arguments.joints is None else read_joints(arguments.joints)
     source = onto.joint_map(target.names, declared, target.where)
     onto.check_joints(source, target.where)
+    if arguments.keep == "hands":
+        onto_hands.check_joints(source, target.where)
     root, local = onto.retargeted(poses, target, source)
     worst = float(onto.limb_errors_deg(poses, target, source, local).max())
     if worst > WIDEST_DEG:
@@ -87,11 +99,16 @@ def run(arguments: argparse.Namespace) -> int:
             f"{arguments.to}: its limbs deviate by up to {worst:.1f} degrees from those of the motion, as a limb has "
             "joints in between that bend in the rest pose; map the joints at which limbs bend with --joints"
         )
+    kept = f"limbs point where those of the motion do, within {max(worst, 0.001):.3f} degrees"
+    if arguments.keep == "hands":
+        local, missed = onto_hands.kept(poses, target, source, root, local)
+        share = f"{100 * missed.max():.1f} % of the length of an arm"
+        kept = f"hands keep their places relative to the shoulders, within {share}"
     try:
         write(out, arguments.to, target, root, local, fps)
     except OSError as error:
         raise UserError(f"{out}: cannot be written ({error.strerror}); name another file with --out") from error
-    note(f"limbs point where those of the motion do, within {max(worst, 0.001):.3f} degrees")
+    note(kept)
     print(out, flush=True)
     return 0
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from cospeech.commands import synthesize_head
+from cospeech.commands.keywords import read_keywords
 from cospeech.commands.messages import note, note_compilation
 from cospeech.commands.parser import add_channel, whole_number
 from cospeech.errors import UserError
@@ -54,6 +55,8 @@ examples:
   cospeech synthesize speech.wav
   cospeech synthesize *.wav --out motion/ --format bvh
   cospeech synthesize interview.mp4 --channel 2 --seed 1
+  cospeech synthesize speech.wav --words speech.TextGrid \\
+    --keywords words.csv --model results/mine/models/controller/main/ada
   cospeech synthesize speech.wav \\
     --model results/mine/models/hsmm_weighted/clusters~8,states~3/ada
 
@@ -103,6 +106,20 @@ def add(commands: argparse._SubParsersAction[Parser]) -> None:
         metavar="TABLE",
         help="motion table to take from what the model does not move (default: it stands still)",
     )
+    parser.add_argument(
+        "--words",
+        type=Path,
+        metavar="FILE",
+        help="words of the speech with their times: a TextGrid with a tier 'words', or a CSV file with the columns "
+        "start_s, end_s and word; each keyword of the model calls for its gestures",
+    )
+    parser.add_argument(
+        "--keywords",
+        type=Path,
+        metavar="FILE",
+        help="gestures of a gesture controller that keywords call for: a CSV file with the columns word and segment "
+        "(default: those of the model)",
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace existing files")
     parser.set_defaults(execute=run, error=parser.error)
 
@@ -121,6 +138,10 @@ def run(arguments: argparse.Namespace) -> int:
     twice = [stem for stem, count in Counter(path.stem for path in arguments.files).items() if count > 1]
     if twice:
         arguments.error(f"two files are called '{twice[0]}', and so would their results; give them to two calls")
+    if arguments.words is not None and len(arguments.files) > 1:
+        arguments.error("--words: are those of one sound file; give each file to a call of its own")
+    if arguments.keywords is not None and arguments.words is None:
+        arguments.error("--keywords: needs --words, a file with the times of the words of the speech")
     note_compilation()
     from cospeech import api  # not above: it loads pandas and the compiled kernels
     from cospeech.data import tables
@@ -133,6 +154,10 @@ def run(arguments: argparse.Namespace) -> int:
             moves = "the head alone" if nods else "a body"
             arguments.error(f"--format {name}: this model moves {moves}; it can write {', '.join(known)}")
     model = api.load_head_model(arguments.model) if nods else api.load_model(arguments.model)
+    if arguments.words is not None and isinstance(model, api.HeadModel):
+        arguments.error("--words: this model moves the head alone, and has no keywords")
+    if arguments.keywords is not None and isinstance(model, api.ActorModel):
+        model = api.with_keywords(model, read_keywords(arguments.keywords))
     body = None if arguments.body is None else tables.read(arguments.body, "motion")
     failed = False
     with output_folder(arguments.out):
@@ -190,8 +215,10 @@ def synthesize(
 ) -> None:
     """Synthesize one file; the results appear together, once all of them are complete."""
     from cospeech import api
+    from cospeech.corpus import words
     from cospeech.formats import audio
 
+    spoken = None if arguments.words is None else words.read(arguments.words, path.stem)
     sound = audio.read(path, arguments.channel)
     for remark in sound.notes:
         note(f"{path}: {remark}")
@@ -200,7 +227,9 @@ def synthesize(
         if isinstance(model, api.HeadModel):
             made = synthesize_head.made(sound.samples, model, path.stem, arguments.seed, body)
         else:
-            made = api.synthesize(sound.samples, model, record=path.stem, seed=arguments.seed, body=body)
+            made = api.synthesize(
+                sound.samples, model, record=path.stem, seed=arguments.seed, body=body, words=spoken
+            )
     except UserError as error:
         raise UserError(f"{path}: {error}") from error
     writer: Any = synthesize_head.write if isinstance(model, api.HeadModel) else write

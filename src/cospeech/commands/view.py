@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import webbrowser
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,13 +19,16 @@ if TYPE_CHECKING:
 
 MOTION = (".bvh", ".c3d", ".csv", ".glb", ".npz", ".parquet", ".trc")
 
+LONGEST_DIFFERENCE_S = 0.1
+"""Difference between the durations of motion and sound from which on the user is told of it."""
+
 DESCRIPTION = """\
 Show motion in 3D, with sound.
 
 FILES are motion of any skeleton: BVH, GLB, SMPL-X (npz), markers (C3D, TRC), or
 motion tables of cospeech (Parquet, CSV); and at most one sound or film, which is
-played along. Several motions are shown side by side, or overlaid. Each animation
-of a GLB file with several animations is shown by itself.
+played along. Several motions are shown side by side, or overlaid. A GLB file is
+shown with its own surface, and each of several animations in it by itself.
 
 The page opens in the browser. With --out it is written to a file, which contains
 everything and needs no connection."""
@@ -98,8 +102,11 @@ def takes(motions: list[Path], sounds: list[Path], arguments: argparse.Namespace
     alone: list[tuple[str, Version]] = []
     for path in motions:
         versions = files.read(path, arguments.unit, arguments.up)
+        for version in versions:
+            _remark(path, version, sounds, heard)
         if len(versions) == 1:
-            together += versions
+            namesake = sum(other.stem == path.stem for other in motions) > 1
+            together.append(replace(versions[0], title=path.name) if namesake else versions[0])
         else:
             alone += [(f"{path.stem}: {version.title}", version) for version in versions]
     shown = [(", ".join(version.title for version in together), together)] if together else []
@@ -111,6 +118,18 @@ def takes(motions: list[Path], sounds: list[Path], arguments: argparse.Namespace
     return [
         Take(title, versions, heard.encoded, heard.duration_s, heard.curves, CURVE_S) for title, versions in shown
     ]
+
+
+def _remark(path: Path, version: Version, sounds: list[Path], heard: Voice | None) -> None:
+    """Tell the user of a still pose, and of a sound that does not last as long as the motion."""
+    if version.motion.n_frames == 1:
+        note(f"{path}: contains a single frame, which is shown as a still pose")
+    motion_s = version.motion.n_frames / version.fps
+    if heard is not None and abs(heard.duration_s - motion_s) > max(1 / version.fps, LONGEST_DIFFERENCE_S):
+        note(
+            f"{path}: {version.title} lasts {motion_s:.1f} s and {sounds[0]} {heard.duration_s:.1f} s; both start "
+            "together, and whichever is shorter ends first"
+        )
 
 
 def _voice(path: Path) -> Voice:

@@ -160,7 +160,7 @@ def retargeted(poses: Poses, target: Target, source: Mapping[str, int]) -> tuple
         ],
         axis=1,
     )
-    scale = _leg_length(placed[0], source) / _leg_length(_standard_rest(), _standard())
+    scale = _leg_length(placed[0], source) / _leg_length(standard_rest(), _standard())
     root = target.offsets[0] + scale * poses.root_m @ axes
     return root + _raised(target, source, root, local, placed[0], scale * _foot_heights(own)), local
 
@@ -198,7 +198,7 @@ def _standard() -> dict[str, int]:
     return {name: index for index, name in enumerate(STANDARD.joints)}
 
 
-def _standard_rest() -> Floats:
+def standard_rest() -> Floats:
     """Return the positions (J, 3) of our joints in the rest pose."""
     still = np.tile([1.0, 0.0, 0.0, 0.0], (1, len(STANDARD.joints), 1))
     return STANDARD.world(np.zeros((1, 3)), still)[1][0]
@@ -216,7 +216,7 @@ def _leg_length(places: Floats, source: Mapping[str, int]) -> float:
 
 def _foot_heights(own: Floats) -> Floats:
     """Return how much higher our lower ankle is than in the rest pose, (T,) in metres."""
-    rest_places = _standard_rest()
+    rest_places = standard_rest()
     feet = [STANDARD.joints.index(f"{side}_foot") for side in ("left", "right")]
     return np.asarray((own[:, feet, 1] - rest_places[feet, 1]).min(axis=1))
 

@@ -109,7 +109,7 @@ def _from_offsets(clip: Clip, source: dict[str, int], upright: Floats, where: st
                 f"{where}: at zero angles '{clip.names[source[name]]}' points up, so its offset does not "
                 "determine its axial rotation; export the file with a T-pose at zero angles"
             )
-        rest[name] = trunk @ _smallest_rotation(HANGING, bone)
+        rest[name] = trunk @ rotation.between(HANGING, bone)
     return rest
 
 
@@ -149,10 +149,3 @@ def _bone(clip: Clip, source: dict[str, int], position: Floats, name: str, child
         return None
     length = float(np.linalg.norm(bone))
     return bone / length if length > 0 else None
-
-
-def _smallest_rotation(start: Floats, end: Floats) -> Floats:
-    """Return the rotation of smallest angle from one unit vector to another, which must not be its opposite."""
-    axis, cosine = np.cross(start, end), float(start @ end)
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + cross + cross @ cross / (1 + cosine)

@@ -16,6 +16,9 @@ from cospeech.motion.head import COLUMNS, EULER_ORDER, frame_rate
 LAGS_S = tuple(round(0.1 * step, 1) for step in range(-10, 11))
 """Lags of the correlation of speeds in seconds."""
 
+N_SHIFTS = 8
+"""Number of shifts of a recorded head."""
+
 FEWEST_FRAMES = 10
 """Number of common frames below which no score is defined."""
 
@@ -31,17 +34,37 @@ def scores(original: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     normalised (eq. 4.20, as a mean), normalised_sums (ratio of the sums of its numerators and denominators),
-    mahalanobis (eq. 4.21), euclidean (in degrees), and speed_r, the correlation of angular speeds at each of
-    ``LAGS_S``: at a positive lag, the made head is compared with what the recorded one did earlier.
+    mahalanobis (eq. 4.21), euclidean (in degrees), speed_correlation (of the angular speeds), and speed_r, that at
+    each of ``LAGS_S``: at a positive lag, the made head is compared with what the recorded one did earlier.
     """
     n_frames = min(len(original), len(made))
     true, own = (table[COLUMNS].to_numpy(dtype=float)[:n_frames] for table in (original, made))
     known = np.isfinite((true + own).sum(axis=1))
     rows = [(name, np.nan, value) for name, value in distances(true[known], own[known]).items()]
     fps = frame_rate(original)
-    recorded, moved = _speed(true, fps), _speed(own, fps)
+    recorded, moved = speed(true, fps), speed(own, fps)
+    rows.append(("speed_correlation", np.nan, _correlation(recorded, moved, 0)))
     rows += [("speed_r", lag_s, _correlation(recorded, moved, round(lag_s * fps))) for lag_s in LAGS_S]
     return pd.DataFrame(rows, columns=["measure", "lag_s", "value"])
+
+
+def shifted(original: pd.DataFrame, least_s: float) -> list[pd.DataFrame]:
+    """Return a recorded head at other moments: right statistics, wrong timing.
+
+    Parameters
+    ----------
+    original : angles of the recorded head (schema ``head``).
+    least_s : smallest circular shift in seconds, in either direction.
+
+    Returns
+    -------
+    ``N_SHIFTS`` tables of the same frames, whose shifts are evenly spaced; none if the record is too short for any.
+    """
+    least, n_frames = round(least_s * frame_rate(original)), len(original)
+    if least > n_frames - least:
+        return []
+    shifts = np.round(np.linspace(least, n_frames - least, N_SHIFTS)).astype(int)
+    return [original.assign(**{name: np.roll(original[name], shift) for name in COLUMNS}) for shift in shifts]
 
 
 def distances(true: Floats, own: Floats) -> dict[str, float]:
@@ -59,7 +82,7 @@ def distances(true: Floats, own: Floats) -> dict[str, float]:
     }
 
 
-def _speed(angles: Floats, fps: float) -> Floats:
+def speed(angles: Floats, fps: float) -> Floats:
     """Return the angular speed between the frames of angles (T, 3), (T - 1,), in degrees per second."""
     turned = rotation.from_euler(EULER_ORDER, angles)
     steps = np.swapaxes(turned[:-1], -1, -2) @ turned[1:]
@@ -73,6 +96,8 @@ def _correlation(true: Floats, own: Floats, lag: int) -> float:
     """Return the correlation of the true speed with another one ``lag`` frames later; NaN if one does not vary."""
     first, second = (true[: len(true) - lag], own[lag:]) if lag >= 0 else (true[-lag:], own[:lag])
     known = np.isfinite(first + second)
-    if known.sum() < FEWEST_FRAMES or np.ptp(first[known]) == 0.0 or np.ptp(second[known]) < 1e-9:
+    first, second = first[known], second[known]
+    if len(first) < FEWEST_FRAMES or np.ptp(first) == 0.0 or np.ptp(second) < 1e-9:
         return float("nan")
-    return float(np.corrcoef(first[known], second[known])[0, 1])
+    first, second = first - first.mean(), second - second.mean()
+    return float(first @ second / np.sqrt((first @ first) * (second @ second)))

@@ -33,10 +33,12 @@ def scored(original: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
     ----------
     original, made : angles of the head of the same frames (schema ``head``).
     """
-    parts = [head.scores(original, made).assign(minute=None)]
-    for minute, (start, end) in enumerate(minutes(len(original), frame_rate(original))):
+    whole = head.scores(original, made)
+    parts, spans = [whole.assign(minute=None)], minutes(len(original), frame_rate(original))
+    for minute, (start, end) in enumerate(spans):
         own = (table.iloc[start:end].reset_index(drop=True) for table in (original, made))
-        parts.append(head.scores(*own).assign(minute=minute))
+        found = head.scores(*own) if len(spans) > 1 else whole
+        parts.append(found.assign(minute=minute))
     return pd.concat(parts, ignore_index=True).astype({"minute": "Int64"})
 
 

@@ -10,6 +10,7 @@ from itertools import chain
 from pathlib import Path
 
 import av
+import numpy as np
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
@@ -26,6 +27,11 @@ EXACT = ("aiff", "au", "flac", "mov")
 
 SHORT_S = 0.25
 """By how much sound may be shorter than its container states, in seconds: encoders pad and cut both ends."""
+
+
+def samples(given: str | Path | Floats, channel: int | None = None) -> Floats:
+    """Return the samples (n,) of a file, or those that are given; see ``read``."""
+    return given if isinstance(given, np.ndarray) else read(given, channel).samples
 
 
 def read(path: str | Path, channel: int | None = None) -> sound.Sound:

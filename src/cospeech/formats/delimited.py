@@ -119,21 +119,30 @@ def _row(columns: list[str], cells: list[str], separator: str, where: str) -> di
     return dict(zip(columns, cells, strict=False))
 
 
-def parse_seconds(text: str, separator: str = ",") -> float:
-    """Return a time in seconds from a number of seconds, mm:ss or h:mm:ss.
+def parse_number(text: str, separator: str = ",") -> float:
+    """Return a number, which may have a decimal comma.
 
     A comma is a decimal comma if ``separator``, which separates the columns, is not a comma itself, or if it cannot
     separate thousands.
 
     Raises
     ------
+    ValueError : if the text is not a number; the message says why.
+    """
+    plain = _with_decimal_point(text, separator)
+    if not NUMBER.fullmatch(plain):
+        raise ValueError(f"'{text[:20]}' is not a number")
+    return float(plain)
+
+
+def parse_seconds(text: str, separator: str = ",") -> float:
+    """Return a time in seconds from a number of seconds, mm:ss or h:mm:ss; for commas see ``parse_number``.
+
+    Raises
+    ------
     ValueError : if the text is not such a time; the message says why.
     """
-    plain = text.strip()
-    if plain.count(",") == 1 and "." not in plain:
-        if separator == "," and re.search(r",\d{3}$", plain):
-            raise ValueError(f"'{text[:20]}' has a comma, which may be a decimal comma or separate thousands")
-        plain = plain.replace(",", ".")
+    plain = _with_decimal_point(text, separator)
     if NUMBER.fullmatch(plain):
         return float(plain)
     clock = CLOCK.fullmatch(plain)
@@ -143,6 +152,15 @@ def parse_seconds(text: str, separator: str = ",") -> float:
     if re.fullmatch(r"\d+([:;.]\d+){3}", plain):
         raise ValueError(f"'{text[:20]}' is a time code with a frame number, and not a time in {TIME_FORMATS}")
     raise ValueError(f"'{text[:20]}' is not a number of seconds or a time; write {TIME_FORMATS}")
+
+
+def _with_decimal_point(text: str, separator: str) -> str:
+    plain = text.strip()
+    if plain.count(",") == 1 and "." not in plain:
+        if separator == "," and re.search(r",\d{3}$", plain):
+            raise ValueError(f"'{text[:20]}' has a comma, which may be a decimal comma or separate thousands")
+        plain = plain.replace(",", ".")
+    return plain
 
 
 def parse_times(sheet: Sheet, columns: Collection[str], path: str | Path) -> list[dict[str, float]]:

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cospeech.data import frame_rates
 from cospeech.data.arrays import Floats
@@ -27,7 +30,10 @@ MAGIC, VERSION = b"glTF", 2
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Component types of accessors, as numpy names them."""
 
-WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+
+LARGEST = 1e9
+"""Numbers in the transform of a node that are as large as this, or larger, are errors."""
 
 STILL = 1e-3
 """Largest range of the position of a joint, relative to its distance from its parent, at which it counts as fixed."""
@@ -41,11 +47,8 @@ def read(path: str | Path) -> dict[str, Clip]:
     UserError : if it is not a binary glTF file of version 2, is truncated or malformed, refers to other files, or has
         no skin or no animation.
     """
-    content = foreign.read_bytes(path)
-    try:
-        return _File(content, str(path)).clips()
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
-        raise UserError(f"{path}: is damaged ({type(error).__name__} while reading it); export it again") from error
+    with opened(path) as file:
+        return file.clips()
 
 
 class Skeleton(NamedTuple):
@@ -75,7 +78,7 @@ def chunks(path: str | Path) -> tuple[dict[str, Any], bytes]:
     ------
     UserError : if it is not a binary glTF file of version 2, or is truncated.
     """
-    file = _File(foreign.read_bytes(path), str(path))
+    file = File(foreign.read_bytes(path), str(path))
     return file.json, file.binary
 
 
@@ -86,14 +89,21 @@ def skeleton(path: str | Path) -> Skeleton:
     ------
     UserError : as for ``read``, apart from animations.
     """
+    with opened(path) as file:
+        return file.skeleton()
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[File]:
+    """Give the content of a file, and raise UserError if what is read from it turns out to be malformed."""
     content = foreign.read_bytes(path)
     try:
-        return _File(content, str(path)).skeleton()
+        yield File(content, str(path))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise UserError(f"{path}: is damaged ({type(error).__name__} while reading it); export it again") from error
 
 
-class _File:
+class File:
     """The JSON and the binary chunk of a file."""
 
     def __init__(self, content: bytes, where: str) -> None:
@@ -114,11 +124,15 @@ class _File:
 
     def clips(self) -> dict[str, Clip]:
         """Return the animations."""
+        if self.json.get("animations") and not self._moving():
+            raise UserError(
+                f"{self.where}: its animations move morph targets and no joint; export the motion of the armature"
+            )
         if not self.json.get("skins"):
             raise UserError(f"{self.where}: has no skin, and so no joints; export the body with its armature")
         if not self.json.get("animations"):
             raise UserError(f"{self.where}: has no animation; export the body with its animations")
-        joints = self._joints()
+        joints = self.joints()
         found: dict[str, Clip] = {}
         for number, animation in enumerate(self.json["animations"]):
             name = str(animation.get("name", f"animation {number}")).rpartition("|")[2]
@@ -129,9 +143,9 @@ class _File:
         """Return the skeleton of the first skin."""
         if not self.json.get("skins"):
             raise UserError(f"{self.where}: has no skin, and so no joints; export the body with its armature")
-        nodes = self._joints()
+        nodes = self.joints()
         index = {node: place for place, node in enumerate(nodes)}
-        above = self._static(self._above(nodes[0]))
+        above = self._static(self.above(nodes[0]))
         offsets = np.array([self._local(node, "translation") for node in nodes])
         rotations = np.array([_matrices(self._local(node, "rotation")[None])[0] for node in nodes])
         turned, placed, scale = above
@@ -144,27 +158,32 @@ class _File:
         parents = tuple(index.get(self.parent.get(node, -1), -1) for node in nodes)
         return Skeleton(tuple(nodes), names, parents, offsets, rotations, above)
 
-    def _joints(self) -> list[int]:
+    def joints(self) -> list[int]:
         """Return the joints of the first skin, and all animated nodes above them, parents first."""
-        animated = {
-            channel["target"]["node"]
-            for animation in self.json.get("animations", [])
-            for channel in animation["channels"]
-            if "node" in channel["target"]
-        }
+        animated = self._moving()
         wanted = set(self.json["skins"][0]["joints"])
+        foreign.check_joint_frames(len(wanted), 0, self.where)
         for joint in list(wanted):
-            above = self._above(joint)
+            above = self.above(joint)
             moving = [node for node in above if node in animated or node in wanted]
             wanted.update(above[: above.index(moving[-1]) + 1] if moving else [])
-        ordered = sorted(wanted, key=lambda node: (len(self._above(node)), node))
+        ordered = sorted(wanted, key=lambda node: (len(self.above(node)), node))
         roots = [node for node in ordered if self.parent.get(node) not in wanted]
         if len(roots) != 1:
             raise UserError(f"{self.where}: its joints have {len(roots)} roots; export one body per file")
         foreign.check_joint_frames(len(ordered), 0, self.where)
         return ordered
 
-    def _above(self, node: int) -> list[int]:
+    def _moving(self) -> set[int]:
+        """Return the nodes that an animation moves, apart from those of which it only changes morph targets."""
+        return {
+            channel["target"]["node"]
+            for animation in self.json.get("animations", [])
+            for channel in animation["channels"]
+            if "node" in channel["target"] and channel["target"]["path"] != "weights"
+        }
+
+    def above(self, node: int) -> list[int]:
         """Return the nodes above a node, from its parent on."""
         path: list[int] = []
         while node in self.parent:
@@ -180,7 +199,7 @@ class _File:
             (channel["target"].get("node"), channel["target"]["path"]): samplers[channel["sampler"]]
             for channel in animation["channels"]
         }
-        keys = [self._numbers(sampler["input"])[:, 0] for sampler in samplers]
+        keys = [self.numbers(sampler["input"])[:, 0] for sampler in samplers]
         longest = max(keys, key=len)
         if len(longest) < 2 or not (np.diff(longest) > 0).all():
             raise UserError(f"{self.where}: an animation has fewer than two keys; export its frames")
@@ -192,7 +211,7 @@ class _File:
         foreign.check_joint_frames(len(joints), n_frames, self.where)
         times = longest[0] + np.arange(n_frames) / fps
         index = {node: place for place, node in enumerate(joints)}
-        turned, placed, scale = self._static(self._above(joints[0]))
+        turned, placed, scale = self._static(self.above(joints[0]))
         rotations, offsets, places = np.empty((n_frames, len(joints), 3, 3)), np.empty((len(joints), 3)), {}
         scales: dict[int, float] = {}
         for node, place in index.items():
@@ -225,8 +244,10 @@ class _File:
             raise UserError(f"{self.where}: node {node} has a matrix; export it with translation and rotation")
         default = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}[what]
         values = np.array(self.nodes[node].get(what, default), dtype=float)
-        if values.shape != (len(default),) or not np.isfinite(values).all():
-            raise UserError(f"{self.where}: the {what} of node {node} is not a list of numbers; export it again")
+        if values.shape != (len(default),) or not (np.abs(values) < LARGEST).all():
+            raise UserError(
+                f"{self.where}: the {what} of node {node} is no list of sensible numbers; export it again"
+            )
         return values
 
     def _size(self, node: int) -> float:
@@ -257,15 +278,26 @@ class _File:
         return matrices[first] @ rotation.from_vectors(share[:, None] * between)
 
     def _keys(self, sampler: dict[str, Any]) -> tuple[Floats, Floats]:
-        keys, values = self._numbers(sampler["input"])[:, 0], self._numbers(sampler["output"])
+        keys, values = self.numbers(sampler["input"])[:, 0], self.numbers(sampler["output"])
         if sampler.get("interpolation") == "CUBICSPLINE":
             values = values[1::3]  # between an incoming and an outgoing tangent
         if len(values) != len(keys):
             raise UserError(f"{self.where}: a channel has {len(keys)} keys and {len(values)} values; export it again")
         return keys, values
 
-    def _numbers(self, accessor: int) -> Floats:
+    def numbers(self, accessor: int) -> Floats:
         """Return the numbers of an accessor, (n, width); integers are normalised."""
+        rows = self.rows(accessor)
+        with np.errstate(invalid="ignore"):  # signalling NaNs, which are refused below
+            values = rows.astype(np.float64)
+        if rows.dtype.kind != "f":
+            values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
+        if not np.isfinite(values).all():
+            raise UserError(f"{self.where}: contains NaN or infinite numbers; export it again")
+        return values
+
+    def rows(self, accessor: int) -> npt.NDArray[Any]:
+        """Return the numbers of an accessor as they are stored, (n, width)."""
         what = self.json["accessors"][accessor]
         view, width, kind = (
             self.json["bufferViews"][what["bufferView"]],
@@ -282,13 +314,7 @@ class _File:
             or start + stride * (count - 1) + width * size > len(self.binary)
         ):
             raise UserError(f"{self.where}: is truncated or damaged; copy or export it again")
-        rows = np.ndarray((count, width), kind, self.binary, start, (stride, size))
-        values = rows.astype(np.float64)
-        if kind != "<f4":
-            values = np.maximum(values / np.iinfo(kind).max, -1.0)
-        if not np.isfinite(values).all():
-            raise UserError(f"{self.where}: an animation contains NaN or infinite numbers; export it again")
-        return values
+        return np.ndarray((count, width), kind, self.binary, start, (stride, size))
 
 
 def _has_ends(keys: Floats, fps: float) -> bool:

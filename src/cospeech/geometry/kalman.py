@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from cospeech.data.arrays import Floats
+from cospeech.geometry.cholesky import solve_in_place
 from cospeech.kernels.jit import njit
 
 START_SD = (1.0, 1.0, 10.0)
@@ -63,6 +64,14 @@ def update(state: Floats, covariance: Floats, point: Floats, variance: float) ->
 
 
 @njit
+def _add(values: Floats, total: Floats) -> None:
+    """Add values (n, m) to a total; an assignment would take a second to compile because of its error messages."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            total[i, j] += values[i, j]
+
+
+@njit
 def filter_and_smooth(
     points: Floats, variances: Floats, transition: Floats, noise: Floats, start: Floats
 ) -> tuple[Floats, Floats, Floats]:
@@ -82,17 +91,18 @@ def filter_and_smooth(
     for frame in range(n_frames):
         if frame > 0:
             state, covariance = predict(state, covariance, transition, noise)
-        predicted_states[frame], predicted_covariances[frame] = state, covariance
+        _add(state, predicted_states[frame])
+        _add(covariance, predicted_covariances[frame])
         if np.isfinite(points[frame, 0]):
             state, covariance = update(state, covariance, points[frame], variances[frame])
-        states[frame], covariances[frame] = state, covariance
+        _add(state, states[frame])
+        _add(covariance, covariances[frame])
     filtered = states[:, 0].copy()
     for frame in range(n_frames - 2, -1, -1):
-        back = np.linalg.solve(predicted_covariances[frame + 1], transition @ covariances[frame]).T
-        states[frame] = states[frame] + back @ (states[frame + 1] - predicted_states[frame + 1])
-        covariances[frame] = (
-            covariances[frame] + back @ (covariances[frame + 1] - predicted_covariances[frame + 1]) @ back.T
-        )
+        gain = transition @ covariances[frame]
+        solve_in_place(predicted_covariances[frame + 1].copy(), gain)
+        _add(gain.T @ (states[frame + 1] - predicted_states[frame + 1]), states[frame])
+        _add(gain.T @ (covariances[frame + 1] - predicted_covariances[frame + 1]) @ gain, covariances[frame])
     return filtered, states[:, 0].copy(), np.sqrt(covariances[:, 0, 0])
 
 

@@ -61,11 +61,26 @@ def to_euler(order: str, matrices: Floats) -> Floats:
 def from_vectors(turns: Floats) -> Floats:
     """Return the matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues' formula)."""
     angle = np.linalg.norm(turns, axis=-1)[..., None, None]
-    x, y, z = np.moveaxis(np.asarray(turns, dtype=float), -1, 0)
-    none = np.zeros_like(x)
-    cross = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*none.shape, 3, 3)
+    cross = _cross(np.asarray(turns, dtype=float))
     # sin(a) / a and (1 - cos(a)) / a^2 by way of sinc, which is smooth at 0.
     return np.eye(3) + np.sinc(angle / np.pi) * cross + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (cross @ cross)
+
+
+def _cross(vectors: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) that give the cross product of vectors (..., 3) with another one."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    none = np.zeros_like(x)
+    return np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*none.shape, 3, 3)
+
+
+def between(start: Floats, end: Floats) -> Floats:
+    """Return the matrices (..., 3, 3) of the smallest rotations from the directions of vectors (..., 3) to others.
+
+    The two directions must not be opposite.
+    """
+    a, b = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (np.asarray(start), np.asarray(end)))
+    cross = _cross(np.cross(a, b))
+    return np.eye(3) + cross + cross @ cross / (1 + (a * b).sum(axis=-1))[..., None, None]
 
 
 def to_quaternions(matrices: Floats) -> Floats:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from cospeech.api import ActorModel
+from cospeech.api import ActorModel, HeadModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import FEW_CLIPPED
@@ -204,7 +204,7 @@ class Engine:
             raise errors[0]
 
 
-def warm_up(model: ActorModel) -> None:
+def warm_up(model: ActorModel | HeadModel) -> None:
     """Run a model on a second of buzzing, so that everything is loaded before somebody speaks."""
     hearing = listening(model, WARM_UP_HZ)
     made = performer(model, hearing, 0)
@@ -217,6 +217,7 @@ def warm_up(model: ActorModel) -> None:
     made.end(hearing.n_samples)
 
 
-def listening(model: ActorModel, rate_hz: int) -> Hearing:
+def listening(model: ActorModel | HeadModel, rate_hz: int) -> Hearing:
     """Return what hears sound of a sampling rate for a model."""
-    return Hearing(rate_hz, model.system.needs, model.card["speech"], model.prosody_model)
+    clusters = model.prosody_model if isinstance(model, ActorModel) else None
+    return Hearing(rate_hz, model.system.needs, model.card["speech"], clusters, model.card["seed"])

@@ -1,4 +1,4 @@
-"""What is heard of speech, frame by frame: its prosody and its syllables.
+"""What is heard of speech, frame by frame: its prosody and its syllables, or its melody.
 
 The samples are those of a recording of the same sound: they are limited to full scale, resampled to 16 kHz and
 rounded to 16 bits. Samples that are not finite count as zero. Frames and syllables do not depend on the chunks in
@@ -6,6 +6,7 @@ which the sound arrives, to the last bit.
 
 - Sound at 16 kHz, which includes files, gives exactly the frames and syllables of the recording. Other sampling rates
   on a pipe are resampled with less delay than recordings are, and may differ from them in the last of the 16 bits.
+- The melody, at 100 Hz, is that of ``speech.melody_stream``. A system that needs it hears nothing else.
 - Prosody features are normalised with statistics of the whole recording (``speech.prosody``). Here, the statistics
   are those of the last minute, so that the features adapt to voice and microphone. The labels of prosody clusters are
   found in the same minute. Only systems that need either get them, 12.5 ms later than syllables.
@@ -28,12 +29,16 @@ from cospeech.formats.sound import FULL_SCALE, RATE_HZ
 from cospeech.kernels.jit import njit
 from cospeech.markov import labelled_hmm
 from cospeech.markov.labelled_hmm import LabelledHMM
-from cospeech.speech import prosody, syllables
+from cospeech.speech import melody, melody_stream, prosody, syllables
+from cospeech.speech.syllables import Syllable
 from cospeech.synthesis import live
 from cospeech.synthesis.live import Heard
 
 QUALITY = "HQ"
 """Quality of the resampler. It delays sound at 48 kHz by 6 to 36 ms; the best one, for recordings, by 9 to 76 ms."""
+
+STREAM = "stream"
+"""Name of the stream in place of that of a record."""
 
 RECENT_S = 60.0
 """Length of the speech that prosody is normalised with and labels are found in, in seconds."""
@@ -93,14 +98,14 @@ class Recent:
         """Return the prosody table of the remembered frames, with times from its first frame; None without speech."""
         frames = prosody.Frames(*np.array(self._frames).T)
         try:
-            statistics = prosody.statistics("stream", frames, self._voiced_gain)
+            statistics = prosody.statistics(STREAM, frames, self._voiced_gain)
         except UserError:  # no frame is voiced, or the intensity is constant
             return None
         return prosody.features(frames, statistics, self.frame_s)
 
     def labels(self, table: pd.DataFrame) -> Labels:
         """Return the prosody label (T,) of each row of ``table``."""
-        found = labelled_hmm.phrases(self.clusters, "stream", table, 1.0 / self.frame_s)
+        found = labelled_hmm.phrases(self.clusters, STREAM, table, 1.0 / self.frame_s)
         return segments.to_labels(found)
 
     def latest(self, labelled: bool) -> tuple[str, dict[str, float]]:
@@ -125,25 +130,32 @@ class Troubles(NamedTuple):
 
 
 class Hearing:
-    """Turns chunks of sound into prosody frames with their syllables.
+    """Turns chunks of sound into prosody frames with their syllables, or into frames of the melody.
 
     Parameters
     ----------
     rate_hz : sampling rate of the sound in Hz.
     needs : what the system needs (see ``declaration.System``).
     settings : the section ``speech`` of the configuration.
-    clusters : the model that finds prosody labels.
+    clusters : the model that finds prosody labels; None if the system needs none.
+    seed : seed of the noise between the utterances of the melody.
 
     Attributes
     ----------
+    frame_s : distance between frames in seconds, of prosody or melody.
     n_samples : number of samples heard, at 16 kHz.
     recent : the prosody of the last minute; None if the system needs neither prosody nor its labels.
     """
 
     def __init__(
-        self, rate_hz: int, needs: Collection[str], settings: Mapping[str, Any], clusters: LabelledHMM
+        self,
+        rate_hz: int,
+        needs: Collection[str],
+        settings: Mapping[str, Any],
+        clusters: LabelledHMM | None,
+        seed: int = 0,
     ) -> None:
-        self.frame_s = float(settings["frame_s"])
+        self.frame_s = melody.STEP_S if "melody" in needs else float(settings["frame_s"])
         self.n_samples = 0
         self.recent: Recent | None = None
         self._needs = needs
@@ -154,7 +166,9 @@ class Hearing:
         self._waiting: deque[tuple[int, dict[str, float]]] = deque()
         self._n_syllables = self._n_frames = 0
         self._n_not_finite = self._n_full_scale = 0
+        self._melody = melody_stream.Stream(RATE_HZ, STREAM, seed) if "melody" in needs else None
         if {"prosody", "prosody_labels"} & set(needs):
+            assert clusters is not None
             how = dict(settings)
             self.recent = Recent(self.frame_s, how.pop("voiced_gain"), clusters)
             self._prosody = prosody.Stream(RATE_HZ, **how)
@@ -188,6 +202,8 @@ class Hearing:
         """
         if self._resampler is not None:
             yield from self._hear(self._resampler.resample_chunk(np.empty(0), last=True))
+        if self._melody is not None:
+            yield from self._melodic(self._melody.finish())
         if self.recent is not None:
             yield from self._measured(self.recent, self._prosody.finish())
 
@@ -195,9 +211,12 @@ class Hearing:
         """Yield the frames that samples (n,) at 16 kHz complete."""
         self._n_full_scale += _round(samples, FULL_SCALE)
         self.n_samples += len(samples)
+        if self._melody is not None:
+            yield from self._melodic(self._melody.push(samples))
+            return
         if "syllables" in self._needs:
             for one in self._syllables.push(samples):
-                row = {"syllable": float(self._n_syllables), **one._asdict()}
+                row = {"syllable": float(self._n_syllables), **dict(zip(Syllable._fields, one, strict=True))}
                 self._waiting.append((live.frame_at(one.known_s, self.frame_s), row))
                 self._n_syllables += 1
         if self.recent is not None:
@@ -205,6 +224,12 @@ class Hearing:
         else:
             for _ in range(self.n_frames - self._n_frames):
                 yield self._frame()
+
+    def _melodic(self, frames: Floats) -> Iterator[Heard]:
+        """Yield frames of the melody (T, 3) at once, if there are any."""
+        if len(frames):
+            first, self._n_frames = self._n_frames, self._n_frames + len(frames)
+            yield Heard(first, (first + 0.5) * self.frame_s, "", {}, melody=frames)
 
     def _measured(self, recent: Recent, frames: prosody.Frames) -> Iterator[Heard]:
         for values in zip(*(column.tolist() for column in frames), strict=True):

@@ -26,7 +26,8 @@ class Output(Protocol):
         Parameters
         ----------
         frame, time_s : its number, counted from 0, and the time of its middle in seconds.
-        pose : (3 + 4 J,) root position in metres, and the rotations w, x, y, z of the joints in parent space.
+        pose : (3 + 4 J,) root position in metres, and the rotations w, x, y, z of the joints in parent space. Of a
+            head that moves alone, its angles (3,) in degrees; ``heads.OnBody`` puts it onto a body.
         """
 
     def close(self) -> None:

@@ -17,22 +17,19 @@ from typing import Any, Protocol
 import numpy as np
 import pandas as pd
 
-from cospeech.api import ActorModel
+from cospeech.api import ActorModel, HeadModel
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats.sound import RATE_HZ
 from cospeech.kernels.jit import njit
 from cospeech.live.changes import Make
-from cospeech.live.hearing import Hearing
+from cospeech.live.hearing import STREAM, Hearing
 from cospeech.live.phrases import Player
 from cospeech.motion import library
 from cospeech.motion.body import STANDARD, Body
 from cospeech.synthesis.interface import Speech
-from cospeech.synthesis.live import Controls, Heard, Stream
+from cospeech.synthesis.live import ANGLES, Controls, Heard, Stream
 from cospeech.synthesis.session import naming, synthesise
-
-NAME = "stream"
-"""Name of the stream in place of that of a record."""
 
 HOP_S = 0.25
 """Time between decodings of a system that is not live, in seconds."""
@@ -40,27 +37,34 @@ HOP_S = 0.25
 SHORTEST_S = 1.0
 """Shortest duration of a phrase of such a system, in seconds."""
 
+N_ANGLES = len(ANGLES)
+
+WHAT = {"motion": "motion", "head": "angles of the head"}
+"""What a frame is, by what a system makes."""
+
 SPEECH_NEEDS = {"prosody", "prosody_labels"}
 """The speech that a system which decodes again may need."""
 
 
 class Performer(Protocol):
-    """Makes motion.
+    """Makes motion, or angles of a head.
 
     Attributes
     ----------
     body : the body that moves.
+    width : number of columns of a frame: 3 + 4 J of motion, or 3 of a head alone (see ``heads``).
     controls : what can be changed while it moves.
     """
 
     body: Body
+    width: int
     controls: Controls
 
     def step(self, heard: Heard) -> Floats:
-        """Return the next frames (n, 3 + 4 J), possibly none, after a prosody frame was heard."""
+        """Return the next frames (n, width), possibly none, after something was heard."""
 
     def end(self, n_samples: int) -> Floats:
-        """Return the last frames (n, 3 + 4 J); ``n_samples`` is the length of the sound at 16 kHz."""
+        """Return the last frames (n, width); ``n_samples`` is the length of the sound at 16 kHz."""
 
     def prepare(self, name: str, value: Any) -> Make:
         """Return a function that makes a change: of ``style:<name>`` to a number, or the ``keyword`` to a word.
@@ -73,19 +77,20 @@ class Performer(Protocol):
         """
 
 
-def performer(model: ActorModel, hearing: Hearing, seed: int) -> Performer:
-    """Return what makes motion with a model.
+def performer(model: ActorModel | HeadModel, hearing: Hearing, seed: int) -> Performer:
+    """Return what makes motion, or moves the head, with a model.
 
     Raises
     ------
     UserError : if the system of the model needs the whole recording.
     """
-    if model.system.live and model.system.makes == "motion":
-        return LiveMotion(model, hearing, seed)
-    if model.system.live:
-        return Phrases(model, hearing, LiveSteps(model, hearing, seed))
-    if model.system.makes == "phrases" and set(model.system.needs) - {"gestures", "motion"} <= SPEECH_NEEDS:
-        return Phrases(model, hearing, Redecoding(model, hearing, seed))
+    if model.system.live and model.system.makes != "phrases":
+        return LiveFrames(model, hearing, seed)
+    if isinstance(model, ActorModel) and model.system.makes == "phrases":
+        if model.system.live:
+            return Phrases(model, hearing, LiveSteps(model, hearing, seed))
+        if set(model.system.needs) - {"gestures", "motion"} <= SPEECH_NEEDS:
+            return Phrases(model, hearing, Redecoding(model, hearing, seed))
     raise UserError(
         f"the system '{model.system.name}' of this model needs the whole recording and cannot run live; "
         "use 'cospeech synthesize'"
@@ -100,13 +105,13 @@ class LiveSteps:
     model : its model. hearing : what hears the speech. seed : seed of random draws.
     """
 
-    def __init__(self, model: ActorModel, hearing: Hearing, seed: int) -> None:
+    def __init__(self, model: ActorModel | HeadModel, hearing: Hearing, seed: int) -> None:
         self._system, self._hearing = model.system, hearing
         method: Any = model.trained.method
         self._method = method
         self._fps = float(model.card["motion_fps"])
         with naming(self._system):
-            self._state = method.start(model.trained.model, Stream(NAME, hearing.frame_s, self._fps), seed)
+            self._state = method.start(model.trained.model, Stream(STREAM, hearing.frame_s, self._fps), seed)
             self.controls = method.controls(model.trained.model) if hasattr(method, "controls") else Controls()
 
     def step(self, heard: Heard) -> Any:
@@ -125,7 +130,9 @@ class LiveSteps:
         """Return what the system makes when the speech ends."""
         frame_s = self._hearing.frame_s
         n_motion_frames = motion_frames(n_samples, self._fps)
-        speech = Speech(NAME, frame_s, self._hearing.n_frames, motion_fps=self._fps, n_motion_frames=n_motion_frames)
+        speech = Speech(
+            STREAM, frame_s, self._hearing.n_frames, motion_fps=self._fps, n_motion_frames=n_motion_frames
+        )
         with naming(self._system):
             return self._method.end(self._state, speech)
 
@@ -144,16 +151,16 @@ def _finite(frames: Floats) -> bool:
     return bool(np.isfinite(frames).all())
 
 
-class LiveMotion:
-    """A live system that makes motion; see ``LiveSteps`` for the parameters."""
+class LiveFrames:
+    """A live system that makes motion, or angles of the head; see ``LiveSteps`` for the parameters."""
 
-    def __init__(self, model: ActorModel, hearing: Hearing, seed: int) -> None:
-        self._name = model.system.name
+    def __init__(self, model: ActorModel | HeadModel, hearing: Hearing, seed: int) -> None:
+        self._name, self._makes = model.system.name, model.system.makes
         self._steps = LiveSteps(model, hearing, seed)
         self.prepare, self.controls = self._steps.prepare, self._steps.controls
         body_of = getattr(model.trained.method, "body", None)
         self.body: Body = STANDARD if body_of is None else body_of(model.trained.model)
-        self._width = 3 + 4 * len(self.body.joints)
+        self.width = N_ANGLES if self._makes == "head" else 3 + 4 * len(self.body.joints)
 
     def step(self, heard: Heard) -> Floats:
         """Return the next frames; see ``Performer``."""
@@ -168,15 +175,15 @@ class LiveMotion:
 
         Raises
         ------
-        UserError : if it is not motion of the body, which outputs could not show.
+        UserError : if it is not motion of the body, or not angles of a head, which outputs could not show.
         """
         if len(made) == 0:
-            return np.empty((0, self._width))
+            return np.empty((0, self.width))
         frames = library.from_motion(made).frames if isinstance(made, pd.DataFrame) else np.asarray(made)
-        if frames.ndim != 2 or frames.shape[1] != self._width or not _finite(frames):
+        if frames.ndim != 2 or frames.shape[1] != self.width or not _finite(frames):
             raise UserError(
-                f"system '{self._name}' declares that it makes motion, but it returned an array of shape "
-                f"{frames.shape}, or one with NaN; frames of its body have {self._width} finite numbers"
+                f"system '{self._name}' declares that it makes {WHAT[self._makes]}, but it returned an array of "
+                f"shape {frames.shape}, or one with NaN; its frames have {self.width} finite numbers"
             )
         return frames
 
@@ -205,12 +212,12 @@ class Redecoding:
         if table is None:
             return []
         speech = Speech(
-            NAME,
+            STREAM,
             self._recent.frame_s,
             len(table),
             labels=self._recent.labels(table),
             prosody=table,
-            driving_record=NAME,
+            driving_record=STREAM,
         )
         with naming(self._system):
             made = synthesise(self._system, self._trained, speech, self._seed)
@@ -241,6 +248,7 @@ class Phrases:
     """
 
     body = STANDARD
+    width = 3 + 4 * len(STANDARD.joints)
 
     def __init__(self, model: ActorModel, hearing: Hearing, planner: LiveSteps | Redecoding) -> None:
         self._planner, self._frame_s = planner, hearing.frame_s
@@ -264,7 +272,7 @@ class Phrases:
                 self._player.play(str(label))
         frames = [self._player.frame() for _ in range(n_frames - self._n_shown)]
         self._n_shown += len(frames)
-        return np.array(frames).reshape(len(frames), 3 + 4 * len(self.body.joints))
+        return np.array(frames).reshape(len(frames), self.width)
 
 
 def motion_frames(n_samples: int, fps: float) -> int:

@@ -1,4 +1,4 @@
-"""Recordings of live motion, as BVH or as a motion table, that lose nothing.
+"""Recordings of live motion, as BVH, as a table or as text, that lose nothing.
 
 Each frame is appended at once to a file next to the recording, ``<name>.recording``. When the recording ends, the BVH
 or the table is written from this file, exactly as for the same motion made from a whole record. If the program is
@@ -21,19 +21,20 @@ from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
 from cospeech.formats import bvh
 from cospeech.geometry import rotation
-from cospeech.motion import library
+from cospeech.motion import head as head_motion
+from cospeech.motion import library, skeleton
 from cospeech.motion.body import STANDARD, Body
 from cospeech.motion.library import Poses
 from cospeech.synthesis import live
 from cospeech.workflow.job import settings_hash
 
-ENDS = (".bvh", ".parquet")
-"""The ends of the names of recordings, which state their format."""
+ENDS = (".bvh", ".parquet", ".csv")
+"""The ends of the names of recordings, which state their format: BVH, or a table, as Parquet or as text."""
 
 END = ".recording"
 """Added to the name of a recording while it grows."""
 
-FORMAT = "cospeech recording 1"
+FORMAT = "cospeech recording 2"
 
 Note = Callable[[str], None]
 
@@ -43,8 +44,9 @@ class Recorder:
 
     Parameters
     ----------
-    path : the recording, ``.bvh`` or ``.parquet``.
-    body, fps : the body that moves, and its frame rate.
+    path : the recording, ``.bvh``, ``.parquet`` or ``.csv``.
+    body : the body that moves; None: a head alone, whose frames are angles (3,) in degrees.
+    fps : frame rate.
     card : card of the model, for the origin of a table.
     overwrite : whether an existing recording is replaced.
     note : says in one line that the recording stops early.
@@ -57,7 +59,7 @@ class Recorder:
     in_real_time = False
 
     def __init__(
-        self, path: Path, body: Body, fps: float, card: Mapping[str, Any], overwrite: bool, note: Note
+        self, path: Path, body: Body | None, fps: float, card: Mapping[str, Any], overwrite: bool, note: Note
     ) -> None:
         check(path, overwrite)
         self._path, self._growing, self._note = path, path.with_name(path.name + END), note
@@ -66,9 +68,13 @@ class Recorder:
             "fps": fps,
             "corpus": card["corpus"],
             "config_hash": settings_hash(dict(card)),
-            "joints": body.joints,
-            "parents": body.parents.tolist(),
-            "offsets_m": body.offsets_m.tolist(),
+            "body": None
+            if body is None
+            else {
+                "joints": body.joints,
+                "parents": body.parents.tolist(),
+                "offsets_m": body.offsets_m.tolist(),
+            },
         }
         try:
             self._file = os.open(self._growing, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
@@ -106,7 +112,8 @@ class Recorder:
 def check(path: Path, overwrite: bool) -> None:
     """Raise UserError if a recording cannot have this name."""
     if path.suffix not in ENDS:
-        raise UserError(f"{path}: the name of a recording ends in {' or '.join(ENDS)}; name another file")
+        ends = f"{', '.join(ENDS[:-1])} or {ENDS[-1]}"
+        raise UserError(f"{path}: the name of a recording ends in {ends}; name another file")
     if path.is_dir():
         raise UserError(f"{path}: is a folder; name a file in it")
     if path.exists() and not overwrite:
@@ -116,7 +123,7 @@ def check(path: Path, overwrite: bool) -> None:
 
 
 class _Grown(NamedTuple):
-    """The content of a growing recording: its head, and its frames (n, 3 + 4 J)."""
+    """The content of a growing recording: its head, and its frames (n, 3 + 4 J), or (n, 3) of a head alone."""
 
     head: dict[str, Any]
     frames: Floats
@@ -127,7 +134,7 @@ def recover(growing: Path, overwrite: bool) -> Path:
 
     Parameters
     ----------
-    growing : the file that remains of it, ``<name>.bvh.recording`` or ``<name>.parquet.recording``.
+    growing : the file that remains of it, such as ``<name>.bvh.recording``.
     overwrite : whether an existing recording is replaced.
 
     Raises
@@ -150,14 +157,16 @@ def complete(growing: Path, path: Path) -> None:
     UserError : if it is not a recording, holds no frame, or cannot be written. What has grown remains then.
     """
     head, frames = _read(growing)
-    body = Body(tuple(head["joints"]), np.array(head["parents"]), np.array(head["offsets_m"]))
     fps = float(head["fps"])
     try:
         if path.suffix == ".bvh":
-            _write_bvh(frames, body, fps, path)
+            _write_bvh(frames, head["body"], fps, path)
         else:
-            table, schema = _table(frames, body, fps, path.stem)
-            tables.write(table, path, schema, corpus=head["corpus"], config_hash=head["config_hash"])
+            table, schema = _table(frames, head["body"], fps, path.stem)
+            if path.suffix == ".csv":
+                table.to_csv(path, index=False, lineterminator="\n", float_format="%.6f")
+            else:
+                tables.write(table, path, schema, corpus=head["corpus"], config_hash=head["config_hash"])
     except (OSError, UserError) as error:
         reason = getattr(error, "strerror", None) or error
         raise UserError(
@@ -167,8 +176,12 @@ def complete(growing: Path, path: Path) -> None:
     growing.unlink()
 
 
-def _write_bvh(frames: Floats, body: Body, fps: float, path: Path) -> None:
+def _write_bvh(frames: Floats, moved: dict[str, Any] | None, fps: float, path: Path) -> None:
     """Write frames as BVH, in metres; the bones of another body end at its outermost joints."""
+    if moved is None:
+        bvh.write(head_motion.moved(skeleton.standing(len(frames), fps), live.head_table(frames, fps)), path)
+        return
+    body = _body(moved)
     if body.joints == STANDARD.joints:
         bvh.write(live.motion_table([frames], fps), path)
         return
@@ -186,11 +199,18 @@ def _write_bvh(frames: Floats, body: Body, fps: float, path: Path) -> None:
     bvh.write_clip(clip, path)
 
 
-def _table(frames: Floats, body: Body, fps: float, record: str) -> tuple[pd.DataFrame, str]:
-    """Return frames as a table, and the name of its schema: ``motion``, or ``poses`` of another body."""
+def _table(frames: Floats, moved: dict[str, Any] | None, fps: float, record: str) -> tuple[pd.DataFrame, str]:
+    """Return frames as a table, and the name of its schema: ``motion``, ``poses`` of another body, or ``head``."""
+    if moved is None:
+        return live.head_table(frames, fps), "head"
+    body = _body(moved)
     if body.joints == STANDARD.joints:
         return live.motion_table([frames], fps), "motion"
     return library.to_tables({record: Poses.from_frames(frames)}, body, fps)[1], "poses"
+
+
+def _body(moved: dict[str, Any]) -> Body:
+    return Body(tuple(moved["joints"]), np.array(moved["parents"]), np.array(moved["offsets_m"]))
 
 
 def _read(growing: Path) -> _Grown:
@@ -203,7 +223,7 @@ def _read(growing: Path) -> _Grown:
     try:
         head = json.loads(line)
         known = head["format"] == FORMAT
-        width = 3 + 4 * len(head["joints"])
+        width = 3 if head["body"] is None else 3 + 4 * len(head["body"]["joints"])
     except (ValueError, KeyError, TypeError):
         known = False
     if not known:

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cospeech.data.arrays import Floats, Integers
-from cospeech.markov import iohmm_kernels
+from cospeech.markov import expectation_maximisation, iohmm_kernels
+from cospeech.markov.expectation_maximisation import Fit
 
 INITIAL_STAY = 0.8
 """Mean probability of staying in a state in an initial model."""
@@ -33,13 +34,6 @@ class Counts(NamedTuple):
     initial: Floats
     transitions: Floats
     emissions: Floats
-
-
-class Fit(NamedTuple):
-    """A trained model, and the objective (iterations + 1,) during training; the last is that of the model."""
-
-    model: IOHMM
-    objective: Floats
 
 
 class Sequence(NamedTuple):
@@ -84,17 +78,19 @@ def objective(model: IOHMM, log_likelihood: float, pseudo: float) -> float:
     return log_likelihood + pseudo * float(sum(np.log(values).sum() for values in model))
 
 
-def fit(model: IOHMM, sequences: list[Sequence], iterations: int, tolerance: float = 0.0, pseudo: float = 0.0) -> Fit:
+def fit(
+    model: IOHMM, sequences: list[Sequence], iterations: int, tolerance: float = 0.0, pseudo: float = 0.0
+) -> Fit[IOHMM]:
     """Train ``model`` by expectation maximisation; see ``parallel_symbols.fit``."""
     n_frames = sum(len(sequence.inputs) for sequence in sequences)
-    history: list[float] = []
-    while True:
-        counts = expect(model, sequences)
-        history.append(objective(model, counts.log_likelihood, pseudo))
-        slow = len(history) > 1 and history[-1] - history[-2] < tolerance * n_frames
-        if slow or len(history) > iterations:
-            return Fit(model, np.array(history))
-        model = maximise(model, counts, pseudo)
+    return expectation_maximisation.fit(
+        model,
+        lambda now: expect(now, sequences),
+        lambda now, counts: objective(now, counts.log_likelihood, pseudo),
+        lambda now, counts: maximise(now, counts, pseudo),
+        iterations,
+        tolerance * n_frames,
+    )
 
 
 class Predictor:

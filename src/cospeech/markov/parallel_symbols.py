@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cospeech.data.arrays import Flags, Floats, Integers
-from cospeech.markov import fixed_lag, parallel_start, parallel_symbols_kernels
+from cospeech.markov import expectation_maximisation, fixed_lag, parallel_start, parallel_symbols_kernels
+from cospeech.markov.expectation_maximisation import Fit
 from cospeech.markov.parallel import LEAST_STAY, MOST_STAY, by_branch, flat, in_vectors, of_vectors, separation
 
 LEAST_PROBABILITY = 1e-12
@@ -47,13 +48,6 @@ class Counts(NamedTuple):
     entered: Floats
     occupied: Floats
     final: Floats
-
-
-class Fit(NamedTuple):
-    """A trained model, and the objective (iterations + 1,) during training; the last is that of the model."""
-
-    model: SymbolHMM
-    objective: Floats
 
 
 class Path(NamedTuple):
@@ -187,7 +181,7 @@ def objective(model: SymbolHMM, score: float, pseudo: float) -> float:
 
 def fit(
     model: SymbolHMM, sequences: list[Integers], iterations: int, tolerance: float = 0.0, pseudo: float = 0.0
-) -> Fit:
+) -> Fit[SymbolHMM]:
     """Train ``model`` by Baum-Welch.
 
     Parameters
@@ -198,14 +192,14 @@ def fit(
     pseudo : count that is added to every symbol in every state and stream (a Dirichlet prior).
     """
     n_frames = sum(len(symbols) for symbols in sequences)
-    history: list[float] = []
-    while True:
-        counts = expect(model, sequences)
-        history.append(objective(model, counts.score, pseudo))
-        slow = len(history) > 1 and history[-1] - history[-2] < tolerance * n_frames
-        if slow or len(history) > iterations:
-            return Fit(model, np.array(history))
-        model = maximise(model, counts, pseudo)
+    return expectation_maximisation.fit(
+        model,
+        lambda now: expect(now, sequences),
+        lambda now, counts: objective(now, counts.score, pseudo),
+        lambda now, counts: maximise(now, counts, pseudo),
+        iterations,
+        tolerance * n_frames,
+    )
 
 
 def decode(model: SymbolHMM, symbols: Integers) -> Path:

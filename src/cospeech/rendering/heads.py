@@ -5,7 +5,7 @@ Below each head, its angles are drawn over time: nod, turn and tilt.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from PIL import ImageDraw
 
 from cospeech.data import segments
 from cospeech.data.arrays import Floats
-from cospeech.formats import canvas, mp4
+from cospeech.formats import canvas
 from cospeech.formats.canvas import Image
 from cospeech.motion import head, skeleton
 from cospeech.rendering import figure, picture, video
@@ -28,6 +28,9 @@ LARGEST_DEG = 30.0
 """Angle at the upper and lower edge of the curves; larger ones leave the plot."""
 
 FAINT = (205, 204, 200)
+
+LONGEST_ROW = 3
+"""Largest number of panels next to each other in a video."""
 
 PICTURE_PX = (230, 190)
 """Height and width of one picture of a strip."""
@@ -101,19 +104,42 @@ def write_video(
     panels, caption, fps, height_px : see ``render``.
     longest_s : if the heads move longer, only their first ``longest_s`` seconds are shown and the caption says so.
     sound : audio file; None for a silent video.
-    footage : film of the first head, one picture per frame of its angles, shown to the left of the panels.
+    footage : film of the first head, one picture per frame of its angles, shown before the panels.
     """
     first = panels[0].angles
     rate = head.frame_rate(first)
     shown_s = len(first) / rate
     if longest_s is not None and shown_s > longest_s:
         shown_s, caption = longest_s, f"{caption} · first {longest_s:g} s"
-    images = render(panels, fps, height_px, shown_s, caption)
     n_images = max(1, round(shown_s * fps))
-    if footage is not None:
-        frames = np.minimum((segments.frame_times(n_images, fps) * rate).astype(int), len(first) - 1)
-        images = video.with_footage(images, footage, frames, height_px, caption)
-    mp4.encode(path, images, fps, mp4.read_sound(sound, n_images / fps) if sound else None)
+    film = None if footage is None else video.Film(footage, rate, len(first))
+    images = video.filmed(render(panels, fps, height_px, shown_s, caption), film, fps, n_images, height_px, caption)
+    video.encode(path, in_rows(images, video.panel_size(height_px)[1]), fps, n_images, sound)
+
+
+def in_rows(images: Iterable[Image], width: int) -> Iterator[Image]:
+    """Yield images of panels side by side with the panels in rows, so that many remain large; the array is reused.
+
+    Up to ``LONGEST_ROW`` panels stand in one row, four in two rows of two.
+
+    Parameters
+    ----------
+    images : (H, n * width, 3) each.
+    width : width of a panel.
+    """
+    laid: Image | None = None
+    for image in images:
+        height, n_panels = image.shape[0], image.shape[1] // width
+        if n_panels <= LONGEST_ROW:
+            yield image
+            continue
+        columns = 2 if n_panels == 4 else LONGEST_ROW
+        if laid is None:
+            laid = picture.background(height * -(-n_panels // columns), width * columns)
+        for place in range(n_panels):
+            top, left = height * (place // columns), width * (place % columns)
+            laid[top : top + height, left : left + width] = image[:, place * width : (place + 1) * width]
+        yield laid
 
 
 def liveliest(angles: pd.DataFrame) -> Floats:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -159,14 +160,34 @@ def write_video(
         n_frames = round(longest_s * skeleton.frame_rate(panels[0].motion))
         panels = [panel.head(n_frames) for panel in panels]
         caption = f"{caption} · first {longest_s:g} s"
-    images = render(panels, fps, height_px, caption)
     motion = panels[0].motion
-    if footage is not None:
-        times_s = segments.frame_times(n_video_frames(motion, fps), fps)
-        frames = np.minimum((times_s * skeleton.frame_rate(motion)).astype(int), len(motion) - 1)
-        images = with_footage(images, footage, frames, height_px, caption)
-    shown_s = n_video_frames(motion, fps) / fps
-    mp4.encode(path, images, fps, mp4.read_sound(sound, shown_s) if sound else None)
+    n_images = n_video_frames(motion, fps)
+    film = None if footage is None else Film(footage, skeleton.frame_rate(motion), len(motion))
+    images = filmed(render(panels, fps, height_px, caption), film, fps, n_images, height_px, caption)
+    encode(path, images, fps, n_images, sound)
+
+
+class Film(NamedTuple):
+    """A film that is shown on the left of a video: its file, frame rate and number of pictures."""
+
+    path: str | Path
+    fps: float
+    n_pictures: int
+
+
+def filmed(
+    images: Iterator[Image], film: Film | None, fps: float, n_images: int, height_px: int, caption: str
+) -> Iterator[Image]:
+    """Return ``n_images`` images at ``fps`` with a film on the left, if there is one; see ``with_footage``."""
+    if film is None:
+        return images
+    frames = np.minimum((segments.frame_times(n_images, fps) * film.fps).astype(int), film.n_pictures - 1)
+    return with_footage(images, film.path, frames, height_px, caption)
+
+
+def encode(path: str | Path, images: Iterator[Image], fps: float, n_images: int, sound: str | Path | None) -> None:
+    """Write ``n_images`` images (H, W, 3) to ``path`` as MP4, with the beginning of an audio file if one is named."""
+    mp4.encode(path, images, fps, mp4.read_sound(sound, n_images / fps) if sound else None)
 
 
 def n_video_frames(motion: pd.DataFrame, fps: float) -> int:

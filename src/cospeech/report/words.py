@@ -72,6 +72,9 @@ HEAD_MEASURES = {
         "Mahalanobis distance", "", "less", "distance in units of the spread of the head (eq. 4.21)"
     ),
     "euclidean": Measure("Euclidean distance", "°", "less", "mean distance of the angles in degrees"),
+    "speed_correlation": Measure(
+        "correlation of speeds", "", "more", "that of the angular speeds of the made and of the recorded head"
+    ),
 }
 
 SCENARIOS = {

@@ -232,7 +232,7 @@ def _hear(memory: Any) -> None:
         for i in range(b * BIN, (b + 1) * BIN):
             x = memory.waiting[i]
             x = min(max(x, -1.0), 1.0) if np.isfinite(x) else 0.0
-            y = GAIN * (x - 2.0 * x1 + x2) - A1 * y1 - A2 * y2
+            y = GAIN * (x - 2.0 * x1 + x2) - A2 * y2 - A1 * y1  # y1 last: it is known last
             if abs(y) < 1e-12:  # the filter would otherwise decay to denormal numbers, which are slow
                 y = 0.0
             x2, x1, y2, y1 = x1, x, y1, y
@@ -262,7 +262,7 @@ def _autocorrelation(low: Any, r: Any) -> None:
     for i in range(WINDOW):
         mean += low[i]
     mean /= WINDOW
-    tapered = np.zeros(WINDOW + LAST_LAG + TOGETHER)
+    tapered = np.zeros(WINDOW + TOGETHER)
     for i in range(WINDOW):
         tapered[i] = TAPER[i] * (low[i] - mean)
         energy += tapered[i] * tapered[i]
@@ -272,7 +272,7 @@ def _autocorrelation(low: Any, r: Any) -> None:
         for i in range(0, WINDOW, TOGETHER):
             a, b, c, d = tapered[i], tapered[i + 1], tapered[i + 2], tapered[i + 3]
             later = tapered[i + FIRST_LAG :]
-            for k in range(len(r)):
+            for k in range(min(len(r), len(later) - TOGETHER)):  # beyond the window, all products are zero
                 r[k] += a * later[k] + b * later[k + 1] + c * later[k + 2] + d * later[k + 3]
         for k in range(len(r)):
             r[k] /= energy * TAPER_R[k]
@@ -449,22 +449,29 @@ def _segment(memory: Any, number: int, rows: Any, n: int) -> int:
 
 
 @njit
+def take(sample: float, memory: Any) -> bool:
+    """Add a sample, and return whether it completes a hop, which is then analysed."""
+    memory.waiting[memory.n_waiting] = sample
+    memory.n_waiting += 1
+    if memory.n_waiting < HOP:
+        return False
+    memory.n_waiting = 0
+    memory.hops += 1
+    _hear(memory)
+    _decimate(memory)
+    if memory.hops > AHEAD:
+        _measure(memory)
+    return True
+
+
+@njit
 def push(samples: Any, memories: Any, rows: Any) -> int:
     """Analyse samples (n,), and return how many syllables became known, which are in ``rows`` (>= 1 + n // HOP,)."""
     memory = memories[0]
     n = 0
     for sample in samples:
-        memory.waiting[memory.n_waiting] = sample
-        memory.n_waiting += 1
-        if memory.n_waiting == HOP:
-            memory.n_waiting = 0
-            memory.hops += 1
-            _hear(memory)
-            _decimate(memory)
-            if memory.hops > AHEAD:
-                _measure(memory)
-            if memory.hops >= AHEAD + LASTING:
-                n = _segment(memory, memory.hops - AHEAD - LASTING, rows, n)
+        if take(sample, memory) and memory.hops >= AHEAD + LASTING:
+            n = _segment(memory, memory.hops - AHEAD - LASTING, rows, n)
     return n
 
 

@@ -88,6 +88,7 @@ class Speech:
     prosody : prosody table of T rows, or None. Its times are those of the record, whatever record drives it.
     syllables : syllable table, or None. Its times are those of the record, too.
     melody : pitch and intensity at 100 Hz (schema ``melody``), or None. Its times are those of the record, too.
+    words : words that call for gestures (schema ``words``), or None.
     planted : (T,) planted prosody label of every frame, or None.
     driving_record : the record that the speech comes from.
     shift_s : circular shift of the interior of the driving record (see ``speech.sources``).
@@ -103,6 +104,7 @@ class Speech:
     prosody: pd.DataFrame | None = None
     syllables: pd.DataFrame | None = None
     melody: pd.DataFrame | None = None
+    words: pd.DataFrame | None = None
     planted: Labels | None = None
     driving_record: str = ""
     shift_s: float = 0.0

@@ -63,6 +63,7 @@ class Heard(NamedTuple):
     syllables : the syllables that become known with this frame, usually none: the numbers of their rows in the
         syllable table by name, NaN where the table has null.
     melody : (n, 3) the columns ``MELODY`` of the next frames of melody; empty if the system needs none.
+    words : the keywords of a record that end with this frame. Those of a live stream arrive by ``prepare``.
     """
 
     frame: int
@@ -71,6 +72,7 @@ class Heard(NamedTuple):
     features: Mapping[str, float]
     syllables: tuple[Mapping[str, float], ...] = ()
     melody: Floats = NO_MELODY
+    words: tuple[str, ...] = ()
 
 
 class Controls(NamedTuple):
@@ -107,11 +109,13 @@ def frames(speech: Speech) -> Iterator[Heard]:
         return
     names = [] if speech.prosody is None else [name for name in speech.prosody.columns if name != "frame"]
     values = np.empty((speech.n_frames, 0)) if speech.prosody is None else speech.prosody[names].to_numpy(dtype=float)
-    known = by_frame(speech)
+    known, ended = by_frame(speech), _words_by_frame(speech)
     for frame in range(speech.n_frames):
         label = str(speech.labels[frame]) if len(speech.labels) else ""
         features = dict(zip(names, values[frame].tolist(), strict=True))
-        yield Heard(frame, (frame + 0.5) * speech.frame_s, label, features, tuple(known.get(frame, ())))
+        time_s = (frame + 0.5) * speech.frame_s
+        rows, words = tuple(known.get(frame, ())), tuple(ended.get(frame, ()))
+        yield Heard(frame, time_s, label, features, rows, words=words)
 
 
 def by_frame(speech: Speech) -> dict[int, list[dict[str, float]]]:
@@ -128,6 +132,15 @@ def by_frame(speech: Speech) -> dict[int, list[dict[str, float]]]:
     for frame, row in zip(at.tolist(), numbers.to_numpy().tolist(), strict=True):
         known.setdefault(frame, []).append(dict(zip(numbers.columns, row, strict=True)))
     return known
+
+
+def _words_by_frame(speech: Speech) -> dict[int, list[str]]:
+    """Return the words that end with each prosody frame."""
+    ended: dict[int, list[str]] = {}
+    if speech.words is not None:
+        for end_s, word in zip(speech.words["end_s"], speech.words["word"], strict=True):
+            ended.setdefault(frame_at(float(end_s), speech.frame_s), []).append(str(word))
+    return ended
 
 
 def frame_known(known_s: Floats, frame_s: float) -> npt.NDArray[np.int64]:

@@ -7,6 +7,8 @@ package is installed, the system is named in the configuration (``synthesis.syst
 from __future__ import annotations
 
 import difflib
+import functools
+import sys
 from collections.abc import Collection, Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple
@@ -201,8 +203,7 @@ def settings_of(system: System, given: Mapping[str, Any] | bool | None) -> dict[
 
 def _loaded() -> Iterator[_Loaded]:
     """Yield the entry points, those of cospeech first: no other package can take the names of its systems."""
-    entries = [(_package(entry), entry) for entry in entry_points(group=GROUP)]
-    for package, entry in sorted(entries, key=lambda pair: (pair[0] != HOME, pair[1].name, pair[0])):
+    for package, entry in _entries(tuple(sys.path)):
         try:
             yield _Loaded(entry.name, package, _declared(entry), None)
         except (Exception, SystemExit) as error:  # whatever another package raises must not stop the run
@@ -210,6 +211,13 @@ def _loaded() -> Iterator[_Loaded]:
                 raise
             reason = str(error) if isinstance(error, DeclarationError) else f"{type(error).__name__}: {error}"
             yield _Loaded(entry.name, package, (), " ".join(reason.split()))
+
+
+@functools.cache
+def _entries(_path: tuple[str, ...]) -> list[tuple[str, EntryPoint]]:
+    """Return the packages and entry points on a search path; the metadata of all packages are read for it."""
+    entries = [(_package(entry), entry) for entry in entry_points(group=GROUP)]
+    return sorted(entries, key=lambda pair: (pair[0] != HOME, pair[1].name, pair[0]))
 
 
 def _package(entry: EntryPoint) -> str:

@@ -1,11 +1,12 @@
 """Any motion file as something that the viewer can show, whatever its skeleton.
 
-Motion of the skeleton of cospeech, and of SMPL-X, is shown as a body; other skeletons are shown as bones, and markers
-as points.
+Motion of the skeleton of cospeech, and of SMPL-X, is shown as a body, and that of a GLB file with the file's own
+surface; other skeletons are shown as bones, and markers as points.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from cospeech.data import units
 from cospeech.data.arrays import Floats
 from cospeech.data.trajectories import Trajectories
 from cospeech.errors import UserError
-from cospeech.formats import bvh, c3d, glb, trc
+from cospeech.formats import bvh, c3d, glb, glb_mesh, trc
 from cospeech.formats.bvh import Clip
 from cospeech.geometry import rotation
 from cospeech.motion import library, skeleton
@@ -48,8 +49,11 @@ def read(path: Path, unit: str | None = None, up: str | None = None) -> list[Ver
     if kind in (".c3d", ".trc"):
         return [_markers(path, c3d.read(path, unit) if kind == ".c3d" else trc.read(path, unit), axes)]
     if kind == ".glb":
-        clips = glb.read(path)
-        return [_bones(name if len(clips) > 1 else path.stem, clip, 1.0, axes) for name, clip in clips.items()]
+        clips, mesh = glb.read(path), glb_mesh.read(path)
+        return [
+            replace(_bones(name if len(clips) > 1 else path.stem, clip, 1.0, axes), mesh=mesh)
+            for name, clip in clips.items()
+        ]
     if kind == ".bvh":
         clip = bvh.read(path)
         metres = units.METRES[unit or "m"]

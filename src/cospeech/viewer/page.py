@@ -11,6 +11,7 @@ import jinja2
 import numpy as np
 
 from cospeech.data import vocabulary
+from cospeech.formats.glb_mesh import Mesh
 from cospeech.motion.body import Body
 from cospeech.motion.library import Poses
 from cospeech.viewer import surface
@@ -24,9 +25,12 @@ def script_data(data: Any) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def stage(labels: Sequence[str] = ()) -> dict[str, Any]:
-    """Return what all takes share: the surface of the standard body, and the colours of gesture classes."""
-    return {"surface": surface.packed(), "colours": {label: vocabulary.gesture_colour(label) for label in labels}}
+def stage(labels: Sequence[str] = (), meshes: Sequence[Mesh] = ()) -> dict[str, Any]:
+    """Return what all takes share: surfaces, that of the standard body first, and the colours of gesture classes."""
+    return {
+        "surfaces": [surface.packed(mesh) for mesh in (surface.standard(), *meshes)],
+        "colours": {label: vocabulary.gesture_colour(label) for label in labels},
+    }
 
 
 def page(title: str, takes: Sequence[Take]) -> str:
@@ -43,16 +47,19 @@ def page(title: str, takes: Sequence[Take]) -> str:
         if version.phrases is not None
         for label in version.phrases["label"]
     }
-    return _rendered(title, sorted(labels), [f"viewer.add({script_data(packed(take))});" for take in takes])
+    worn = {id(version.mesh): version.mesh for take in takes for version in take.versions if version.mesh is not None}
+    meshes = list(worn.values())
+    calls = [f"viewer.add({script_data(packed(take, meshes))});" for take in takes]
+    return _rendered(title, stage(sorted(labels), meshes), calls)
 
 
-def _rendered(title: str, labels: Sequence[str], calls: Sequence[str]) -> str:
-    """Return a page on which a viewer is mounted and called."""
+def _rendered(title: str, shared: Mapping[str, Any], calls: Sequence[str]) -> str:
+    """Return a page on which a viewer is mounted and called; ``shared`` is its ``stage``."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(FOLDER), autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template("page.html.jinja").render(
-        title=title, parts=parts(), stage=script_data(stage(labels)), calls=calls
+        title=title, parts=parts(), stage=script_data(shared), calls=calls
     )
 
 
@@ -71,7 +78,7 @@ def live_page(
     still = Poses(np.zeros((1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (1, len(body.joints), 1)))
     take = Take("Live", [Version("Live", Articulated(body, still), fps, skinned=skinned)])
     followed = {"socket": socket, "styles": list(styles), "keywords": list(keywords)}
-    return _rendered("Live", [], [f"viewer.follow({script_data(packed(take))}, {script_data(followed)});"])
+    return _rendered("Live", stage(), [f"viewer.follow({script_data(packed(take))}, {script_data(followed)});"])
 
 
 def take_script(source: str, take: Take) -> str:

@@ -17,6 +17,7 @@ import pandas as pd
 
 from cospeech.data.arrays import Floats
 from cospeech.errors import UserError
+from cospeech.formats.glb_mesh import Mesh
 from cospeech.motion.body import Body
 from cospeech.motion.library import Poses
 
@@ -81,8 +82,10 @@ class Version:
     title : name that the viewer shows.
     motion, fps : its motion, and the frame rate.
     phrases : its gesture phrases, with the columns start_s, end_s and label; None if they are not known.
-    skinned : whether the body is drawn with the surface of the standard body; otherwise its bones are drawn.
+    skinned : whether the body is drawn with the surface of the standard body.
+    mesh : a surface of its own, or None; a body without any surface is drawn as bones.
     shown : whether it is visible at the start.
+    head : title of the system that moves its head, if that is another one than moves the body.
     """
 
     title: str
@@ -90,7 +93,9 @@ class Version:
     fps: float
     phrases: pd.DataFrame | None = None
     skinned: bool = False
+    mesh: Mesh | None = None
     shown: bool = True
+    head: str | None = None
 
 
 @dataclass(frozen=True)
@@ -115,8 +120,12 @@ class Take:
     curve_s: float = 0.025
 
 
-def packed(take: Take) -> dict[str, Any]:
+def packed(take: Take, meshes: Sequence[Mesh] = ()) -> dict[str, Any]:
     """Return a take as the viewer reads it: numbers, words, and base64.
+
+    Parameters
+    ----------
+    meshes : surfaces that the page has in addition to that of the standard body (see ``page.stage``).
 
     Raises
     ------
@@ -132,11 +141,11 @@ def packed(take: Take) -> dict[str, Any]:
         "sound": base64.b64encode(take.sound).decode() if take.sound else None,
         "curves": [{"title": title, **_curve(values)} for title, values in take.curves.items()],
         "curveStep": take.curve_s,
-        "versions": [_version(version, take.title) for version in take.versions],
+        "versions": [_version(version, take.title, meshes) for version in take.versions],
     }
 
 
-def _version(version: Version, where: str) -> dict[str, Any]:
+def _version(version: Version, where: str, meshes: Sequence[Mesh]) -> dict[str, Any]:
     motion = version.motion
     moved = motion.poses.root_m if isinstance(motion, Articulated) else motion.places_m
     if not np.nanmax(np.abs(moved), initial=0.0) < LARGEST_M:
@@ -146,10 +155,18 @@ def _version(version: Version, where: str) -> dict[str, Any]:
         "fps": version.fps,
         "frames": motion.n_frames,
         "phrases": _phrases(version.phrases),
-        "skinned": version.skinned,
+        "surface": _surface(version, meshes),
         "shown": version.shown,
+        "head": version.head,
         **(_articulated(motion) if isinstance(motion, Articulated) else _free(motion)),
     }
+
+
+def _surface(version: Version, meshes: Sequence[Mesh]) -> int | None:
+    """Return the number of a version's surface on the page: 0 is that of the standard body, others are ``meshes``."""
+    if version.mesh is not None:
+        return 1 + next(number for number, mesh in enumerate(meshes) if mesh is version.mesh)
+    return 0 if version.skinned else None
 
 
 def _articulated(motion: Articulated) -> dict[str, Any]:

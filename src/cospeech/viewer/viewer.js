@@ -8,7 +8,6 @@ var CospeechViewer = (() => {
   const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2];
   const LOOKS = { body: "Body", skeleton: "Skeleton", axes: "Joint axes" };
   const TRAIL_S = 1.2, TRAIL_POINTS = 36, NARROW_PX = 640, MANY_JOINTS = 400;
-  const SOLE_M = 0.075, CROWN_M = 0.2; // how far the surface of the standard body reaches beyond its joints
 
   /* ---- unpacking ---- */
 
@@ -117,7 +116,7 @@ var CospeechViewer = (() => {
       this.addBones(reach);
       this.addAxes(reach);
       this.addTrails();
-      if (version.skinned) this.addSurface(surface);
+      if (surface) this.addSurface(surface);
       this.shadow = new THREE.Mesh(
         new THREE.CircleGeometry(0.16 * reach, 32).rotateX(-Math.PI / 2),
         new THREE.MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.16, depthWrite: false }),
@@ -137,28 +136,54 @@ var CospeechViewer = (() => {
         }
       }
       for (let a = 0; a < 3; a++) if (low[a] > high[a]) low[a] = high[a] = 0;
-      if (this.version.skinned) { low[1] -= SOLE_M; high[1] += CROWN_M; }
       return { low, high };
     }
 
+    /* A surface whose vertices are carried by joints: `bind` leads from their frame to that of the joint. */
     addSurface(surface) {
-      const geometry = new THREE.BufferGeometry(), numbers = (text, Kind) => new Kind(bytes(text).buffer);
-      const attribute = (text, Kind, width) => new THREE.BufferAttribute(numbers(text, Kind), width);
-      geometry.setAttribute("position", attribute(surface.position, Float32Array, 3));
-      geometry.setAttribute("normal", attribute(surface.normal, Float32Array, 3));
-      geometry.setAttribute("skinIndex", attribute(surface.joint, Uint16Array, 4));
-      geometry.setAttribute("skinWeight", attribute(surface.weight, Float32Array, 4));
-      geometry.setAttribute("color", attribute(surface.colour, Float32Array, 3));
+      const geometry = new THREE.BufferGeometry();
+      const attribute = (text, Kind, width) => new THREE.BufferAttribute(new Kind(bytes(text).buffer), width, width > 1);
+      geometry.setAttribute("position", attribute(surface.position, Int16Array, 3));
+      geometry.setAttribute("normal", attribute(surface.normal, Int16Array, 3));
+      geometry.setAttribute("color", attribute(surface.colour, Uint16Array, 3));
+      geometry.setAttribute("skinWeight", attribute(surface.weight, Uint16Array, 4));
+      geometry.setAttribute("skinIndex", new THREE.BufferAttribute(new Uint16Array(bytes(surface.slot).buffer), 4));
       geometry.setIndex(attribute(surface.triangle, Uint32Array, 1));
-      this.joints = this.version.parents.map(() => new THREE.Bone());
+      this.slots = surface.joint;
+      this.joints = this.slots.map(() => new THREE.Bone());
       this.joints.forEach(joint => this.group.add(joint));
-      const rest = { ...this.version, frames: 1, root: new Float32Array(3), turns: Float32Array.from({ length: 4 * this.n }, (_, i) => i % 4 ? 0 : 1) };
-      const { place } = pose(rest, 0, room(this.n));
-      const inverses = this.joints.map((_, j) => new THREE.Matrix4().makeTranslation(-place[3 * j], -place[3 * j + 1], -place[3 * j + 2]));
-      this.surface = new THREE.SkinnedMesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
-      this.surface.bind(new THREE.Skeleton(this.joints, inverses), new THREE.Matrix4());
+      const binds = surface.bind.map(rows => new THREE.Matrix4().set(...rows, 0, 0, 0, 1));
+      const sides = this.version.surface ? THREE.DoubleSide : THREE.FrontSide;
+      this.surface = new THREE.SkinnedMesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true, side: sides }));
+      this.surface.bind(new THREE.Skeleton(this.joints, binds), new THREE.Matrix4());
       this.surface.frustumCulled = false;
       this.group.add(this.surface);
+      this.widen();
+    }
+
+    /* Let the box of the joints contain the surface, which reaches beyond them as far as it does in the first frame. */
+    widen() {
+      const { place, turn } = pose(this.version, 0, this.now), low = [Infinity, Infinity, Infinity], high = low.map(a => -a);
+      for (let i = 0; i < 3 * this.n; i++) {
+        low[i % 3] = Math.min(low[i % 3], place[i]); high[i % 3] = Math.max(high[i % 3], place[i]);
+      }
+      this.placeSurface(place, turn);
+      this.group.updateMatrixWorld(true);
+      this.surface.skeleton.update();
+      this.surface.computeBoundingBox();
+      const box = this.surface.boundingBox;
+      for (let a = 0; a < 3; a++) {
+        this.extent.low[a] += Math.min(box.min.getComponent(a) - low[a], 0);
+        this.extent.high[a] += Math.max(box.max.getComponent(a) - high[a], 0);
+      }
+    }
+
+    placeSurface(place, turn) {
+      this.joints.forEach((joint, slot) => {
+        const j = this.slots[slot];
+        joint.position.set(place[3 * j], place[3 * j + 1], place[3 * j + 2]);
+        joint.quaternion.set(turn[4 * j], turn[4 * j + 1], turn[4 * j + 2], turn[4 * j + 3]);
+      });
     }
 
     addBones(reach) {
@@ -200,10 +225,7 @@ var CospeechViewer = (() => {
         this.surface.visible = drawn === "body";
         this.surface.material.transparent = ghost;
         this.surface.material.opacity = ghost ? 0.55 : 1;
-        this.joints.forEach((joint, j) => {
-          joint.position.set(place[3 * j], place[3 * j + 1], place[3 * j + 2]);
-          joint.quaternion.set(turn[4 * j], turn[4 * j + 1], turn[4 * j + 2], turn[4 * j + 3]);
-        });
+        this.placeSurface(place, turn);
       }
       this.bones.visible = this.knots.visible = drawn !== "body";
       if (this.bones.visible) this.placeBones(place, drawn === "axes" ? 0.45 : 1);
@@ -354,7 +376,7 @@ var CospeechViewer = (() => {
       pen.strokeStyle = line; pen.fillStyle = faint; pen.textAlign = "center";
       for (let time = 0; time <= duration + 1e-6; time += step) {
         pen.beginPath(); pen.moveTo(x(time), 0); pen.lineTo(x(time), height - 18); pen.stroke();
-        pen.fillText(words(time, step < 1), Math.min(x(time), width - 16), height - 9);
+        pen.fillText(words(time, step < 1), Math.min(Math.max(x(time), 18), width - 16), height - 9);
       }
       this.viewer.take.curves.forEach((curve, index) => this.drawCurve(pen, curve, index, x, curves, narrow, index ? faint : ink));
       rows.forEach((figure, index) => this.drawPhrases(pen, figure, curves + row * index, row, x, narrow, ink));
@@ -533,10 +555,8 @@ var CospeechViewer = (() => {
       this.clock = new Clock();
       this.look = "body"; this.trails = false; this.overlaid = false; this.time = 0;
       this.build();
-      if (this.startGraphics()) {
-        new ResizeObserver(() => this.resize()).observe(this.scene.canvas);
-        requestAnimationFrame(() => this.tick());
-      }
+      if (this.startGraphics()) new ResizeObserver(() => this.resize()).observe(this.scene.canvas);
+      requestAnimationFrame(() => this.tick());
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintBackground(); this.timeline.draw(); });
     }
 
@@ -595,7 +615,7 @@ var CospeechViewer = (() => {
       try {
         renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
       } catch {
-        this.say("This browser offers no WebGL, so bodies cannot be drawn in 3D. The sound, the timeline and the videos still play.");
+        this.say("This browser offers no WebGL, so bodies cannot be drawn in 3D. The sound and the timeline work without it, and so do the videos of a report.");
         this.canvas.hidden = true;
         return false;
       }
@@ -648,7 +668,7 @@ var CospeechViewer = (() => {
       const few = this.element.clientWidth < NARROW_PX ? 2 : Infinity;
       let shown = 0;
       this.figures = versions.map((version, k) => {
-        const figure = new Figure(version, this.stage.surface, COLOURS[k % COLOURS.length]);
+        const figure = new Figure(version, this.stage.surfaces[version.surface], COLOURS[k % COLOURS.length]);
         figure.on = version.shown && shown++ < few;
         this.scene?.scene.add(figure.group);
         return figure;
@@ -662,7 +682,8 @@ var CospeechViewer = (() => {
     buildChips() {
       this.chips.replaceChildren(); this.names.replaceChildren();
       this.figures.forEach((figure, k) => {
-        const chip = this.button(figure.version.title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
+        const { title, head } = figure.version;
+        const chip = this.button(head ? `${title} · head: ${head}` : title, `Show ${figure.version.title}${k < 9 ? ` (${k + 1})` : ""}`, () => this.show(k, !figure.on));
         chip.style.setProperty("--cv-own", COLOURS[k % COLOURS.length]);
         chip.className = "cv-chip"; figure.chip = chip;
         figure.name = element("span", { text: figure.version.title });
@@ -683,6 +704,7 @@ var CospeechViewer = (() => {
         const place = on.indexOf(figure);
         figure.group.visible = figure.on;
         figure.name.hidden = !figure.on;
+        figure.name.style.maxWidth = `${100 / on.length}%`;
         figure.chip.setAttribute("aria-pressed", String(figure.on));
         const middle = (figure.extent.low[0] + figure.extent.high[0]) / 2;
         figure.group.position.x = this.overlaid ? 0 : (place - (on.length - 1) / 2) * slot - middle;
@@ -720,8 +742,9 @@ var CospeechViewer = (() => {
       this.add(take);
       await this.ready;
       this.live = new Live(this, controls);
-      for (const part of [this.playButton, this.scrubber, this.speed, this.chips, ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
-      this.help.textContent = "Drag to turn, scroll to zoom.";
+      for (const part of [this.playButton, this.clockText, this.scrubber, this.speed, this.overlayButton, this.chips.parentElement,
+        ...this.element.querySelectorAll(".cv-step")]) part.hidden = true;
+      this.help.textContent = "Drag to turn, scroll to zoom." + (controls.keywords.length ? " The keys 1 to 9 call for the gestures of the words." : "");
     }
 
     setOverlaid(on) {
@@ -791,15 +814,19 @@ var CospeechViewer = (() => {
     }
 
     drawFrame() {
-      const { renderer, scene, camera } = this.scene, first = this.figures.findIndex(figure => figure.on);
-      this.figures.forEach((figure, k) => { if (figure.on) figure.show(this.time, this.look, this.trails, this.overlaid && k !== first); });
-      renderer.render(scene, camera);
-      this.placeNames();
+      if (this.scene) this.drawBodies();
       if (!this.live) this.clockText.textContent = `${words(this.time, true)} / ${words(this.clock.duration, false)}`;
       this.scrubber.setAttribute("aria-valuemax", this.clock.duration.toFixed(2));
       this.scrubber.setAttribute("aria-valuenow", this.time.toFixed(2));
       this.scrubber.setAttribute("aria-valuetext", words(this.time, true));
       this.timeline.cursor();
+    }
+
+    drawBodies() {
+      const { renderer, scene, camera } = this.scene, first = this.figures.findIndex(figure => figure.on);
+      this.figures.forEach((figure, k) => { if (figure.on) figure.show(this.time, this.look, this.trails, this.overlaid && k !== first); });
+      renderer.render(scene, camera);
+      this.placeNames();
     }
 
     /* The names of the bodies, below their feet; when they are overlaid, the chips say which is which. */
@@ -810,7 +837,7 @@ var CospeechViewer = (() => {
         figure.name.hidden = this.overlaid;
         spot.set((figure.extent.low[0] + figure.extent.high[0]) / 2 + figure.group.position.x, figure.extent.low[1], figure.now.place[2]);
         spot.project(this.scene.camera);
-        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - 26)}px)`;
+        figure.name.style.transform = `translate(-50%, 0) translate(${(spot.x + 1) / 2 * canvas.clientWidth}px, ${Math.min((1 - spot.y) / 2 * canvas.clientHeight + 6, canvas.clientHeight - figure.name.offsetHeight - 6)}px)`;
       }
     }
 

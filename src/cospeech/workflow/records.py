@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 RECORD_FIELDS = (
     "record", "actor", "scenario", "language", "motion", "views", "audio",
     "prosody", "syllables", "melody", "gestures", "head", "film_left", "film_right", "film_cameras",
-    "annotations", "start_s", "end_s", "channel",
+    "focal_px", "focal_35mm", "annotations", "start_s", "end_s", "channel",
 )  # fmt: skip
 
 FILE_FIELDS = (
@@ -30,6 +30,9 @@ FILE_FIELDS = (
 )  # fmt: skip
 
 TIMES = ("start_s", "end_s")
+
+FOCAL_LENGTHS = ("focal_px", "focal_35mm")
+"""Ways to declare the focal length of the camera of a single film."""
 
 RESERVED = "all"
 """What all actors together, and all scenarios, are called in tables of results."""
@@ -54,6 +57,7 @@ def records(config: Config, results: str) -> dict[str, Record]:
             for record in _listed_records(config["corpus"]["records"])
         ]
         _check_files(listed)
+        listed = [_with_focal_length(record, config["capture"]["head"]) for record in listed]
     _check_names(listed)
     twice = [name for name, count in Counter(record["record"] for record in listed).items() if count > 1]
     if twice:
@@ -144,11 +148,20 @@ def transplants(config: Config, listed: Mapping[str, Record]) -> list[tuple[str,
     return [(pair["model"], pair["voice"]) for pair in pairs]
 
 
-def _studio_body(film: bool | str, raw: str, cameras: str) -> Record:
-    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it."""
-    if film == "stereo":
+def _studio_body(studio: Config, number: int, raw: str, cameras: str) -> Record:
+    """Return what a record of the studio brings of the body, or of the head alone where a stereo camera films it.
+
+    Parameters
+    ----------
+    studio : the settings of the studio.
+    number : number of the record among those of its actor, counted from 0.
+    raw : path of the record without an ending.
+    cameras : path of the camera file of stereo films.
+    """
+    if studio["film"] == "stereo":
         return {"film_left": f"{raw}/left.mkv", "film_right": f"{raw}/right.mkv", "film_cameras": cameras}
-    return {"views": raw} if film else {"motion": f"{raw}.bvh"}
+    filmed = studio["film"] and (studio["filmed_records"] is None or number < studio["filmed_records"])
+    return {"views": raw} if filmed else {"motion": f"{raw}.bvh"}
 
 
 def _studio_features(studio: Config) -> tuple[str, ...]:
@@ -176,7 +189,7 @@ def _studio_records(config: Config, results: str) -> list[Record]:
                 "language": "Turkish",
             }
             if config["studio"]["sound"]:
-                record |= _studio_body(config["studio"]["film"], raw, f"{results}/corpus/raw/stereo.toml")
+                record |= _studio_body(config["studio"], number, raw, f"{results}/corpus/raw/stereo.toml")
                 record["audio"] = f"{raw}.wav"
             else:
                 raw = f"{results}/corpus/raw/{actor['actor']}/{name}"
@@ -228,6 +241,9 @@ def _read_sheet(path: Path) -> list[Record]:
                 raise UserError(
                     f"{path}: line {line}: '{name}' becomes part of a path; take letters, digits, '-' and '_' only"
                 )
+        for key in FOCAL_LENGTHS:
+            if key in record:
+                record[key] = _focal_length(record[key], sheet.separator, f"{path}: line {line}: {key}")
         negative = [key for key, time_s in times.items() if time_s < 0]
         if negative:
             raise UserError(f"{path}: line {line}: {negative[0]} is negative; times count from the start of the file")
@@ -235,6 +251,17 @@ def _read_sheet(path: Path) -> list[Record]:
     if not listed:
         raise UserError(f"{path}: lists no record; add one line per record")
     return listed
+
+
+def _focal_length(text: str, separator: str, where: str) -> float:
+    """Return a focal length that is written in a sheet."""
+    try:
+        value = delimited.parse_number(text, separator)
+    except ValueError as error:
+        raise UserError(f"{where} {error}; write a number without a unit") from None
+    if value <= 0:
+        raise UserError(f"{where} {value:g} is not a focal length; write a positive number")
+    return value
 
 
 def _check_names(listed: list[Record]) -> None:
@@ -282,3 +309,36 @@ def _check_head(record: Record) -> None:
             f"config: record '{name}': the cameras of its two films must be known; name a camera file (TOML of "
             "Pose2Sim or caliscope) in film_cameras"
         )
+    declared = [key for key in FOCAL_LENGTHS if record[key] is not None]
+    other = next((field for field in ("film_cameras", "film_right") if record[field]), None)
+    if declared and (other or not films):
+        fits = f"has {other} as well" if other else "has no film_left"
+        raise UserError(
+            f"config: record '{name}' {fits}; {declared[0]} is for a single film without a camera file, leave it out"
+        )
+    _check_declared_once(declared, f"config: record '{name}'")
+
+
+def _with_focal_length(record: Record, settings: Config) -> Record:
+    """Return a record with the focal length of the corpus, if it has a single film of an unknown camera.
+
+    Parameters
+    ----------
+    settings : the section ``capture.head`` of the configuration.
+    """
+    known = record["film_right"] or record["film_cameras"] or any(record[key] for key in FOCAL_LENGTHS)
+    if not record["film_left"] or known:
+        return record
+    declared = [key for key in FOCAL_LENGTHS if settings[key] is not None]
+    if not declared:
+        raise UserError(
+            f"config: record '{record['record']}': the focal length of the camera of its film is not known; declare "
+            "focal_35mm (35 mm equivalent in mm, which the specifications of a phone state) or focal_px (pixels)"
+        )
+    _check_declared_once(declared, "config: capture.head")
+    return record | {key: settings[key] for key in declared}
+
+
+def _check_declared_once(declared: Sequence[str], where: str) -> None:
+    if len(declared) > 1:
+        raise UserError(f"{where} has both {' and '.join(declared)}; leave one of them out")

@@ -50,9 +50,8 @@ def seconds(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int,
     n_views, n_settings : number of cameras, and of settings of the sweep in addition to the main one.
     """
     actors = config["studio"]["actors"]
-    n_records = sum(actor["records"] for actor in actors)
-    record_s = sum(actor["records"] * actor["duration_s"] for actor in actors) / n_records
-    actor_s = record_s * n_records / len(actors)
+    record_s = _record_s(config)
+    actor_s = record_s * sum(actor["records"] for actor in actors) / len(actors)
     pictures = config["studio"]["motion_fps"] * n_views * _size(config)
     longest_s = config["animation"]["video"]["longest_s"] or math.inf
     total_s = 0.0
@@ -69,9 +68,16 @@ def line(planned: Mapping[str, int], config: Mapping[str, Any], n_views: int, n_
     """Return one line about a planned run: number of jobs, estimated time, and disk space for films."""
     run_s = seconds(planned, config, n_views, n_settings) / cores
     summary = f"{sum(planned.values())} jobs, about {clock(run_s)} (h:mm:ss) on {cores} cores"
-    filmed_s = sum(actor["records"] * actor["duration_s"] for actor in config["studio"]["actors"])
+    filmed_s = planned.get("studio_film", 0) * _record_s(config)
     size = PICTURE_BYTES * filmed_s * config["studio"]["motion_fps"] * n_views * _size(config)
     return f"{summary}; {size / 1e9:.1f} GB of film" if planned.get("studio_film") else summary
+
+
+def _record_s(config: Mapping[str, Any]) -> float:
+    """Return the mean duration of a record in seconds."""
+    actors = config["studio"]["actors"]
+    n_records = sum(actor["records"] for actor in actors)
+    return sum(actor["records"] * actor["duration_s"] for actor in actors) / n_records
 
 
 def _size(config: Mapping[str, Any]) -> float:

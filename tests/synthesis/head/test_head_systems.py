@@ -120,7 +120,6 @@ def test_reports_have_their_schemas_and_show_what_the_filters_do(training, train
     assert found["means"]["y_deg"].iloc[0] == found["means"]["y_deg"].min() < 0.0
     steps = found["generation"].groupby("stage")["y_deg"].agg(lambda angles: angles.diff().abs().mean())
     assert steps["drawn"] > steps["median"] > steps["printed"]
-    assert len(report.report(training, trained, speech_of(records, "r1"), 7)["curves"]) == 0
 
 
 @pytest.mark.parametrize("name", ["head", "head_weighted"])

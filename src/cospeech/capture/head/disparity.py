@@ -29,6 +29,9 @@ LEAST_STRUCTURE = 1.5
 STEPS = 4
 """Number of Gauss-Newton steps of the refinement."""
 
+BACK_PX = 2
+"""How far the way back from the right image to the left one is searched, pixels."""
+
 
 def find_disparities(left: Plane, right: Plane, pixels: Floats, expected: Floats, reach: int, half: int) -> Floats:
     """Return the disparities (n,) in pixels of points in the left image, NaN where they are not valid.
@@ -41,21 +44,22 @@ def find_disparities(left: Plane, right: Plane, pixels: Floats, expected: Floats
     reach : how far to search to either side, pixels.
     half : half the width of the window, without its middle, pixels.
     """
-    found: Floats = _find(left, right, pixels, expected, reach, half)
+    found: Floats = _find(left, right, pixels, expected, (reach, BACK_PX), half)
     return found
 
 
 @njit
-def _find(left: Plane, right: Plane, pixels: Floats, expected: Floats, reach: int, half: int) -> Floats:
+def _find(left: Plane, right: Plane, pixels: Floats, expected: Floats, reaches: tuple[int, int], half: int) -> Floats:
+    """Return the disparities (n,) that a search over the two ``reaches``, there and back, agrees on."""
     found = np.full(len(pixels), np.nan)
     for n in range(len(pixels)):
         x, y, shift = pixels[n, 0], pixels[n, 1], expected[n]
         if not np.isfinite(x + y + shift):
             continue
-        disparity = _match(left, right, x, y, -shift, reach, half)
+        disparity = _match(left, right, x, y, -shift, reaches[0], half)
         if np.isnan(disparity):
             continue
-        back = _match(right, left, x + disparity, y, -disparity, 2, half)
+        back = _match(right, left, x + disparity, y, -disparity, reaches[1], half)
         if abs(disparity + back) <= THERE_AND_BACK_PX:
             found[n] = -disparity
     return found

@@ -13,7 +13,7 @@ from cospeech.capture.head.images import Frame
 from cospeech.capture.head.optics import Optics
 from cospeech.capture.head.pose import SAMPLE_SIZE, STILL, Pose, RigidFit, consensus, fit_in_space
 from cospeech.capture.head.reference import Reference
-from cospeech.data.arrays import Flags, Floats
+from cospeech.data.arrays import Flags, Floats, Singles
 from cospeech.geometry.rotation import to_euler
 
 FEWEST_POINTS = 12
@@ -23,7 +23,7 @@ FEWEST_AGREE, FEWEST_FOUND = 0.35, 0.15
 """Share that they must be of the matched points, and of the points that were looked for."""
 
 THRESHOLD, LEAST_THRESHOLD_PX = 0.009, 1.0
-"""Largest distance of a point from where the pose puts it, in widths of the face, and the least it is set to."""
+"""Tolerance of an ``Estimator``, and the least number of pixels that it is set to."""
 
 MODEL_ERROR = 0.03
 """The same with a model of the head instead of disparities."""
@@ -43,12 +43,14 @@ class Measurement(NamedTuple):
     pose : from the reference frame; None if it could not be measured.
     angles_deg : (3,) Euler angles x, y, z.
     n_points, residual_m : points that the pose rests on, and their root mean square distance from it in metres.
+    seen : (n, 2) where the points of the reference are, in pixels, NaN where not found; None for a stereo pair.
     """
 
     pose: Pose | None
     angles_deg: Floats
     n_points: int
     residual_m: float
+    seen: Singles | None = None
 
 
 MISSING = Measurement(None, np.full(3, np.nan), 0, np.nan)
@@ -85,18 +87,19 @@ class Estimator:
     Attributes
     ----------
     optics, reference : the camera, and the face in the reference frame. rigid : how points that agree are fitted.
+    tolerance : largest distance of a point from where the pose puts it, in widths of the face.
     """
 
     optics: Optics
     reference: Reference
     rigid: RigidFit
+    tolerance: float
 
     def measure(self, matches: Matches, expected: Pose) -> Measurement:
         """Return the motion that the matches agree on, if enough do; the search for it starts at ``expected``."""
         if len(matches.points_m) < FEWEST_POINTS:
             return MISSING
-        share = MODEL_ERROR if self.optics.baseline_m is None else THRESHOLD
-        threshold = max(LEAST_THRESHOLD_PX, share * self.reference.face.width)
+        threshold = max(LEAST_THRESHOLD_PX, self.tolerance * self.reference.face.width)
         pose, agreeing = consensus(matches.points_m, matches.seen, self.optics.numbers, expected, threshold)
         fewest = max(FEWEST_POINTS, FEWEST_AGREE * len(agreeing), FEWEST_FOUND * matches.n_tried)
         if agreeing.sum() < fewest:

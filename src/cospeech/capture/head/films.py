@@ -13,7 +13,13 @@ from cospeech.formats import camera_toml
 from cospeech.geometry.camera import Camera
 
 LEAST_FOCAL, MOST_FOCAL = 0.3, 20.0
-"""Range of plausible focal lengths in image widths."""
+"""Range of plausible focal lengths, relative to the longer side of the image."""
+
+LONGER_SIDE_35MM = 34.6
+"""Longer side in mm of an image of 4:3, the shape of sensors in phones, whose diagonal is the 43.3 mm of 35 mm film.
+
+A 35 mm equivalent focal length refers to the diagonal of the sensor (CIPA DCG-001), and a film shows its full width.
+"""
 
 
 def probed(paths: Sequence[str]) -> list[Film]:
@@ -28,7 +34,9 @@ def probed(paths: Sequence[str]) -> list[Film]:
     return [footage.probe(path) for path in paths]
 
 
-def cameras(films: Sequence[str], calibration: str | None, focal_px: float | None) -> list[Camera]:
+def cameras(
+    films: Sequence[str], calibration: str | None, focal_px: float | None = None, focal_35mm: float | None = None
+) -> list[Camera]:
     """Return the cameras of the films of a head, in the order of the films.
 
     Cameras belong to the films that are named after them. The two films of a pair may have other names, the left one
@@ -37,8 +45,9 @@ def cameras(films: Sequence[str], calibration: str | None, focal_px: float | Non
     Parameters
     ----------
     films : the film of a single camera, or those of a pair.
-    calibration : camera file, TOML of Pose2Sim or caliscope. None for a single film of which ``focal_px`` is known.
-    focal_px : focal length in pixels of a single film without a calibration.
+    calibration : camera file, TOML of Pose2Sim or caliscope. None for a single film whose focal length is declared.
+    focal_px, focal_35mm : focal length of a single film without a calibration, in pixels of the film, or as 35 mm
+        equivalent in mm; the other one is None.
 
     Raises
     ------
@@ -47,7 +56,7 @@ def cameras(films: Sequence[str], calibration: str | None, focal_px: float | Non
     if calibration is None:
         if len(films) > 1:
             raise UserError(f"{films[0]}: the films of a stereo pair need a calibration; name a camera file")
-        return [camera_of_focal_length(films[0], focal_px)]
+        return [camera_of_focal_length(films[0], focal_px, focal_35mm)]
     known = camera_toml.read(calibration)
     by_name = {one.name: one for one in known}
     if all(Path(film).stem in by_name for film in films):
@@ -61,7 +70,7 @@ def cameras(films: Sequence[str], calibration: str | None, focal_px: float | Non
     return [known[left], *known[:left], *known[left + 1 :]]
 
 
-def camera_of_focal_length(film: str, focal_px: float | None) -> Camera:
+def camera_of_focal_length(film: str, focal_px: float | None, focal_35mm: float | None) -> Camera:
     """Return the camera of a single film whose focal length is declared; its principal point is the middle.
 
     Raises
@@ -69,14 +78,19 @@ def camera_of_focal_length(film: str, focal_px: float | None) -> Camera:
     UserError : if the focal length is missing or impossible for the size of the film.
     """
     width, height = footage.probe(film).size_px
-    if focal_px is None:
+    longer_px = max(width, height)
+    if focal_px is not None:
+        said = f"focal_px: {focal_px:g}"
+        hint = "give it in pixels of this film (focal length in mm times image width / sensor width)"
+    elif focal_35mm is not None:
+        focal_px = focal_35mm / LONGER_SIDE_35MM * longer_px
+        said = f"focal_35mm: {focal_35mm:g}"
+        hint = "give the 35 mm equivalent in mm (24 to 28 for a phone), not the focal length of the lens itself"
+    else:
         raise UserError(
-            f"{film}: a single film needs the focal length of its camera; declare capture.head.focal_px in pixels "
-            f"(a webcam has about {width}), or name a calibration"
+            f"{film}: a single film needs the focal length of its camera; declare focal_35mm (35 mm equivalent, mm) "
+            "or focal_px (pixels of the film), or name a calibration"
         )
-    if not LEAST_FOCAL <= focal_px / width <= MOST_FOCAL:
-        raise UserError(
-            f"{film}: capture.head.focal_px: {focal_px:g} is impossible for images {width} pixels wide; give it in "
-            "pixels of this film (focal length in mm times image width / sensor width)"
-        )
+    if not LEAST_FOCAL <= focal_px / longer_px <= MOST_FOCAL:
+        raise UserError(f"{film}: {said} is impossible for images of {width} x {height} pixels; {hint}")
     return Camera(Path(film).stem, (width, height), (focal_px, focal_px), ((width - 1) / 2, (height - 1) / 2))

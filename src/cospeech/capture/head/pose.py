@@ -17,6 +17,7 @@ import numpy as np
 from cospeech.data.arrays import Flags, Floats, Integers
 from cospeech.data.rng import random_source
 from cospeech.geometry import newton_rotation, rigid
+from cospeech.geometry.cholesky import solve_in_place
 from cospeech.kernels.jit import njit
 
 DISPARITY_WEIGHT = 0.5
@@ -97,7 +98,7 @@ def consensus(
     centred = points_m - middle
     start = np.ascontiguousarray(expected.rotation), expected.points(middle)
     chosen = np.floor(_draws() * len(points_m)).astype(np.int64)
-    rotation, place = _best_sample(centred, seen, optics, *start, chosen, threshold_px)
+    rotation, place = _best_sample(centred, seen, optics, *start, chosen, SAMPLE_STEPS, threshold_px)
     agreeing = _agreeing(centred, seen, optics, rotation, place, threshold_px)
     for _ in range(ROUNDS):
         if agreeing.sum() < SAMPLE_SIZE:
@@ -121,14 +122,18 @@ def _draws() -> Floats:
 
 @njit
 def _best_sample(
-    points: Floats, seen: Floats, optics: Floats, rotation: Floats, place: Floats, chosen: Integers, threshold: float
-) -> tuple[Floats, Floats]:
-    """Return the fit to one of the samples ``chosen`` (samples, points) that most points agree with."""
+    points: Floats, seen: Floats, optics: Floats, rotation: Floats, place: Floats, chosen: Integers, steps: int,
+    threshold: float,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return the fit to one of the samples ``chosen`` (samples, points) that most points agree with.
+
+    The number of steps is an argument because ``_fit`` would be compiled once more for a constant.
+    """
     best_rotation, best_place = rotation, place
     best = int(_agreeing(points, seen, optics, rotation, place, threshold).sum())
     for sample in range(len(chosen)):
         own = chosen[sample]
-        tried_rotation, tried_place = _fit(points[own], seen[own], optics, rotation, place, SAMPLE_STEPS)
+        tried_rotation, tried_place = _fit(points[own], seen[own], optics, rotation, place, steps)
         count = int(_agreeing(points, seen, optics, tried_rotation, tried_place, threshold).sum())
         if count > best:
             best, best_rotation, best_place = count, tried_rotation, tried_place
@@ -169,7 +174,7 @@ def _fit(
     """
     slopes = np.zeros((3, 6))
     for _ in range(steps):
-        matrix, vector = 1e-9 * np.eye(6), np.zeros(6)
+        matrix, vector = 1e-9 * np.eye(6), np.zeros((6, 1))
         for n in range(len(points)):
             arm = rotation @ points[n]
             point = arm + place
@@ -195,12 +200,13 @@ def _fit(
                 if not np.isfinite(off):
                     continue
                 for i in range(6):
-                    vector[i] += weight * slopes[row, i] * off
+                    vector[i, 0] += weight * slopes[row, i] * off
                     for j in range(6):
                         matrix[i, j] += weight * slopes[row, i] * slopes[row, j]
         for i in range(6):
             matrix[i, i] *= 1.0 + 1e-6
-        step = np.linalg.solve(matrix, vector)
+        solve_in_place(matrix, vector)
+        step = vector[:, 0].copy()
         length = np.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
         if length > 0.5:
             step *= 0.5 / length

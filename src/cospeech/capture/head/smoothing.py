@@ -57,7 +57,7 @@ def pose_table(
     tracked = np.isfinite(angles[:, 0])
     filled = _short_gaps(tracked, int(longest_hidden_s * fps + 1e-9))
     known = tracked | filled
-    angles = _smoothed(angles, ANGLE_SD_DEG, ANGLE_ACCELERATION / fps**2, smoothing)
+    angles = smoothed_angles(angles, fps, smoothing)
     shifts = _smoothed(shifts, PLACE_SD_M, PLACE_ACCELERATION / fps**2, smoothing)
     angles[~known], shifts[~known] = np.nan, np.nan
     return pd.DataFrame(
@@ -71,6 +71,11 @@ def pose_table(
             "status": np.where(tracked, "tracked", np.where(filled, "predicted", "lost")),
         }
     )
+
+
+def smoothed_angles(angles_deg: Floats, fps: float, smoothing: Smoothing) -> Floats:
+    """Return measured angles (T, 3) in degrees filtered or smoothed; gaps (NaN) are filled whatever is chosen."""
+    return _smoothed(angles_deg, ANGLE_SD_DEG, ANGLE_ACCELERATION / fps**2, smoothing)
 
 
 def _short_gaps(tracked: Flags, longest: int) -> Flags:

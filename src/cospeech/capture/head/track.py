@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.capture.head import optics as camera_optics
+from cospeech.capture.head import shape
 from cospeech.capture.head.estimate import MISSING, Measurement
 from cospeech.capture.head.face import Box
 from cospeech.capture.head.images import Frame, Planes
@@ -93,9 +94,11 @@ def track_images(
     if tracker is None:
         raise UserError(_no_face(where, len(measured), fps))
     centre_m = tracker.estimator.reference.centre_m
+    if optics.baseline_m is None:
+        measured = shape.measured_again(measured, tracker.estimator)
     table = pose_table(measured, centre_m, fps, Smoothing(settings["smoothing"]), settings["longest_hidden_s"])
     table["depth"] = "ellipsoid" if optics.baseline_m is None else "disparity"
-    return Tracked(table, _notes(table, tracker.losses, where))
+    return Tracked(table, _notes(table, tracker.losses, where) + _dark(tracker.right_dark, fps, where))
 
 
 def lost(n_frames: int, fps: float) -> pd.DataFrame:
@@ -125,6 +128,16 @@ def _no_face(where: str, n_frames: int, fps: float) -> str:
         f"{where}: no face in frames 0 to {n_frames - 1} ({n_frames / fps:.1f} s); the film must begin with a person "
         "who looks into the camera, with a face at least an eighth of the image wide"
     )
+
+
+def _dark(frames: Sequence[int], fps: float, where: str) -> list[str]:
+    """Return what to say about frames whose right image is dark."""
+    if not frames:
+        return []
+    return [
+        f"{where}: the right film is dark in {len(frames)} frames, the first of them frame {frames[0]} "
+        f"({(frames[0] + 0.5) / fps:.2f} s); only the left film was measured there"
+    ]
 
 
 def _notes(table: pd.DataFrame, losses: Mapping[int, str], where: str) -> list[str]:

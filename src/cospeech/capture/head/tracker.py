@@ -9,10 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from cospeech.capture.head import face as faces
 from cospeech.capture.head import pairing
 from cospeech.capture.head import reference as face_reference
-from cospeech.capture.head.estimate import FEWEST_POINTS, Estimator, Measurement, State
+from cospeech.capture.head.estimate import FEWEST_POINTS, MODEL_ERROR, THRESHOLD, Estimator, Measurement, State
 from cospeech.capture.head.images import Frame
 from cospeech.capture.head.optics import Optics
 from cospeech.capture.head.pose import RigidFit
@@ -56,11 +58,14 @@ class Tracker:
     ----------
     estimator : with the reference and the optics.
     losses : why the head may have been lost, by the first frame of each loss.
+    right_dark : the frames in which the right image is dark, so that only the left one counts.
     """
 
     def __init__(self, first: Frame, face: faces.Box, optics: Optics, method: Method, where: str) -> None:
-        self.estimator = Estimator(optics, _reference(first, face, optics, method, where), method.rigid)
+        tolerance = MODEL_ERROR if optics.baseline_m is None else THRESHOLD
+        self.estimator = Estimator(optics, _reference(first, face, optics, method, where), method.rigid, tolerance)
         self.losses: dict[int, str] = {}
+        self.right_dark: list[int] = []
         self._flow = (
             WarpedFlow(self.estimator)
             if method.flow is Flow.WARPED
@@ -72,6 +77,8 @@ class Tracker:
     def step(self, frame: Frame) -> Measurement:
         """Return the pose of the head in the next frame, of which the first is the reference frame."""
         state = self._state
+        if frame.right is not None and pairing.is_dark(frame.right):
+            self.right_dark.append(frame.number)
         measured = self._flow.step(frame, state)
         if measured.pose is None:
             if not state.n_missed:
@@ -89,11 +96,20 @@ class Tracker:
         (width, height), around = optics.size_px, known.face.width / 2
         if pairing.is_dark(frame.left[0]) or (frame.right is not None and pairing.is_dark(frame.right)):
             return "where an image is dark"
-        if self._speed_px > FAST * known.face.width:
-            return f"after a motion of {self._speed_px:.0f} pixels per frame, too fast for the optical flow"
+        speed_px = max(self._speed_px, self._jump_px(frame))
+        if speed_px > FAST * known.face.width:
+            return f"after a motion of {speed_px:.0f} pixels per frame, too fast for the optical flow"
         if not (around < x < width - around and around < y < height - around):
             return "at the border of the image"
         return "hidden, blurred or turned away"
+
+    def _jump_px(self, frame: Frame) -> float:
+        """Return how far the nearest detected face is from where the last one was; 0 if there is none."""
+        known, optics = self.estimator.reference, self.estimator.optics
+        moved = optics.pixels(self._state.pose.points(known.points_m)) - optics.pixels(known.points_m)
+        last = np.array(known.face.middle) + moved.mean(axis=0)
+        away = (float(np.linalg.norm(np.array(box.middle) - last)) for box in faces.find_faces(frame.left[0]))
+        return min(away, default=0.0)
 
 
 def find_face(frame: Frame, where: str) -> faces.Box | None:

@@ -73,7 +73,12 @@ class WarpedFlow:
             aligned = Aligned(frame.right, warped, optics, known.gain)
             disparities = aligned.disparities(banded, found, REACH_PX, known.half_window)
         seen = np.column_stack([found + warped.corner, disparities])
-        return self.estimator.measure(Matches(known.points_m[usable][good], seen, len(start)), expected)
+        measured = self.estimator.measure(Matches(known.points_m[usable][good], seen, len(start)), expected)
+        if measured.pose is None or frame.right is not None:
+            return measured
+        places = np.full((len(known.points_m), 2), np.nan, dtype=np.float32)
+        places[np.flatnonzero(usable)[good]] = seen[:, :2]
+        return measured._replace(seen=places)
 
     def _guesses(self, frame: Frame, last: Pose) -> list[Pose]:
         """Return poses to try for a head that was lost: where a face is detected, turned as it was or not at all."""

@@ -53,22 +53,27 @@ SIDES = ("left_", "right_")
 VERDICTS = {"True": "met", "False": "missed"}
 
 
-def accuracy(
-    run: Run, scores: pd.DataFrame, effect: pd.DataFrame, width_px: int, method: str, bins_s: list[float]
-) -> Drawing:
-    """Return the errors of capture, and what filming changes in the experiment.
+def accuracy(run: Run, scores: pd.DataFrame, width_px: int, method: str) -> Drawing:
+    """Return the errors of capture next to their goals.
 
     Parameters
     ----------
     scores : the table ``capture_scores``.
-    effect : the table ``film_effect``.
     width_px : of the pictures; full-size goals apply from the width of the published ones.
     method : the tracking method in use.
+    """
+    return Drawing(summary(scores, width_px >= run.published["cameras"]["width_px"], method))
+
+
+def film_effect(run: Run, effect: pd.DataFrame, bins_s: list[float]) -> Drawing:
+    """Return what filming changes in the experiment.
+
+    Parameters
+    ----------
+    effect : the table ``film_effect``.
     bins_s : bin widths of S; the widest one is used.
     """
-    full_size = width_px >= run.published["cameras"]["width_px"]
-    parts = [summary(scores, full_size, method), experiment(effect, max(bins_s), run.titles)]
-    return Drawing(pd.concat(parts, ignore_index=True))
+    return Drawing(experiment(effect, max(bins_s), run.titles))
 
 
 def summary(scores: pd.DataFrame, full_size: bool, main: str) -> pd.DataFrame:
@@ -134,7 +139,7 @@ def _within_goal(effect: pd.Series) -> bool | None:
 def accuracy_table(_: Run, table: pd.DataFrame) -> Table:
     """Return the errors of capture next to their goals for the page; what has no unit is a count."""
     rows = []
-    for _index, row in table.fillna({"unit": "", "method": ""}).iterrows():
+    for _index, row in table.astype({"unit": object, "method": object}).fillna({"unit": "", "method": ""}).iterrows():
         unit, has_goal = row["unit"], not pd.isna(row["goal"])
         mean, lowest, highest = (
             number(row[name]) if unit else f"{row[name]:g}" for name in ("mean", "lowest", "highest")

@@ -32,6 +32,7 @@ SECTIONS = (
     Section("events", "Keywords and accents in speech", "Speech events"),
     Section("gestures", "Gestures of hands and head", "Gestures"),
     Section("co_occurrence", "Speech and gestures at the same time", "Co-occurrence"),
+    Section("animation", "From words and accents to movement", "Animation"),
 )
 
 CONDITIONS = (
@@ -40,8 +41,14 @@ CONDITIONS = (
     Condition("sweep", "the configuration sweeps over no setting"),
     Condition("two_actors", "there is only one actor"),
     Condition("transplant", "no actor's model was driven by another actor's voice", also="videos of it"),
+    Condition(
+        "head_transplant",
+        "no actor's model of the head was driven by another actor's voice",
+        also="videos of such heads",
+    ),
     Condition("takes", "no joint angles were computed from films or markers"),
     Condition("filmed", "there are no films"),
+    Condition("all_filmed", "not all records were filmed"),
     Condition("controller_offline", "the configuration leaves out the offline gesture controller"),
     Condition("bodylanguage_random", "the configuration leaves out the controls of body language"),
     Condition("worlds", "there are no actors who live in different worlds"),
@@ -111,6 +118,8 @@ SOURCES = {
     "head_strip": Source("animation/{first_record}/heads.png"),
     "head_capture": Source("evaluation/head_capture.parquet", "head_capture"),
     "head_accuracy": Source("capture/head/accuracy.parquet", "head_accuracy"),
+    "head_transplant": Source("evaluation/head_transplant.parquet", "head_transplant"),
+    "head_readings": Source("evaluation/head_readings.parquet", "head_readings"),
     "head_recovery": Source("evaluation/head_recovery.parquet", "head_recovery"),
     "rig_picture": Source("capture/rig.png"),
     "stills": Source("animation/stills.parquet", "stills"),
@@ -127,6 +136,8 @@ SOURCES = {
     "gains": Source("identity/gains.parquet", "gains"),
     "direction_scores": Source("directions/scores.parquet", "direction_scores"),
     "direction_records": Source("directions/records.parquet", "direction_records"),
+    "direction_animation": Source("directions/animation.parquet", "direction_animation"),
+    "direction_strip": Source("directions/strip.png"),
     "co_occurrence": Source("directions/co_occurrence.parquet", "co_occurrence"),
     "co_occurrence_pairs": Source("directions/co_occurrence_pairs.parquet", "co_occurrence_pairs"),
 }
@@ -151,9 +162,14 @@ EXHIBITS = (
     ),
     Exhibit(
         "table-capture", "capture", "capture:accuracy", figure=False,
-        sources={"scores": "capture_scores", "effect": "film_effect"},
-        settings={"width_px": "studio.camera_width_px", "method": "capture.track.method", "bins_s": BINS_S},
-        needs=("phrases", "filmed", "virtual"), show="capture:accuracy_table",
+        sources={"scores": "capture_scores"},
+        settings={"width_px": "studio.camera_width_px", "method": "capture.track.method"},
+        needs=("filmed", "virtual"), show="capture:accuracy_table",
+    ),
+    Exhibit(
+        "table-film-effect", "capture", "capture:film_effect", figure=False,
+        sources={"effect": "film_effect"}, settings={"bins_s": BINS_S},
+        needs=("phrases", "all_filmed", "virtual"), show="capture:accuracy_table",
     ),
     Exhibit(
         "fig-rig", "capture", "pictures:draw", numbers=False,
@@ -351,6 +367,14 @@ EXHIBITS = (
         sources={"recovery": "head_recovery"}, needs=("heads", "planted_heads"), show="head:recovery_table",
     ),
     Exhibit(
+        "table-head-readings", "head", "head:readings", document=SARGIN_2006, figure=False,
+        sources={"readings": "head_readings"}, needs=("heads", "head_curves"), show="head:readings_table",
+    ),
+    Exhibit(
+        "table-head-transplant", "head", "transplant:heads", document=SARGIN_2006, figure=False,
+        sources={"transplant": "head_transplant"}, needs=("heads", "head_transplant"), show="transplant:head_table",
+    ),
+    Exhibit(
         "table-3-scenarios", "corpus", "corpus:scenarios", document=OZKUL_2012, figure=False,
         sources={"records": "records"}, show="corpus:scenario_table",
         published="table-3-scenarios", compare="corpus:compare_size",
@@ -426,6 +450,15 @@ DIRECTIONS = (
         sources={"measures": "co_occurrence", "pairs": "co_occurrence_pairs"},
         show="chapter3:co_occurrence_table",
         published="head-text-3-cooccurrence", compare="chapter3:compare_co_occurrence",
+    ),
+    Exhibit(
+        "head-fig-3.2", "animation", "pictures:draw", document=SARGIN_2006, numbers=False,
+        sources={"picture": "direction_strip"},
+    ),
+    Exhibit(
+        "head-text-3-animation", "animation", "chapter3:animation", document=SARGIN_2006,
+        sources={"animation": "direction_animation"},
+        published="head-text-3-animation", compare="chapter3:compare_animation",
     ),
 )  # fmt: skip
 """The exhibits of a run about route directions. It has none of the others."""

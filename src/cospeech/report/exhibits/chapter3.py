@@ -310,6 +310,43 @@ def co_occurrence(_: Run, measures: pd.DataFrame, pairs: pd.DataFrame) -> Drawin
     return Drawing(measures, figure)
 
 
+def animation(_: Run, animation: pd.DataFrame) -> Drawing:
+    """Draw how the head and the hands of an animated answer move.
+
+    Parameters
+    ----------
+    animation : the table ``direction_animation``.
+    """
+    figure, axes = style.figure(3.6, 2, 1, sharex=True)
+    head, hands = axes[:, 0]
+    head.plot(animation["time_s"], animation["head_px"], color=style.BLUE)
+    head.invert_yaxis()
+    head.set_title("(a) head at accents, down the image")
+    head.set_ylabel("pixels")
+    for side, colour in (("left", style.BLUE), ("right", style.AMBER)):
+        away_m = np.hypot(animation[f"{side}_x_m"], animation[f"{side}_y_m"])
+        hands.plot(animation["time_s"], 100.0 * away_m, color=colour, label=f"{side} hand")
+    starts = animation["keyword"].notna() & ~(animation["keyword_share"].diff() > 0.0)
+    for row in animation[starts].itertuples():
+        hands.annotate(str(row.keyword), (row.time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(0, -9),
+                       textcoords="offset points", color=style.FAINT)  # fmt: skip
+    hands.set_ylim(0.0, 1.25 * hands.get_ylim()[1])
+    hands.set_title("(b) hands at keywords, away from rest")
+    hands.set_ylabel("cm")
+    hands.set_xlabel("time, s")
+    figure.legend(loc="outside lower center", ncols=2)
+    return Drawing(animation, figure)
+
+
+def compare_animation(_: Run, numbers: pd.DataFrame, facts: Facts) -> list[Pair]:
+    """Return the published speed of the head next to ours, and how far it moves."""
+    speed = numbers["head_px"].diff().abs() / numbers["time_s"].diff()
+    return [
+        Pair("speed of the head during accents, pixels/s", f"{facts['head_px_per_s']:g}", f"{speed.max():.1f}"),
+        Pair("largest displacement of the head, pixels", "–", f"{numbers['head_px'].max():.1f}"),
+    ]
+
+
 MEASURES = {
     "overlap": "share of the events that overlap a gesture",
     "gesture_overlap": "share of the gestures that overlap one of these events",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -17,6 +19,9 @@ AXES = {"x_deg": "nod", "y_deg": "turn", "z_deg": "tilt"}
 
 SHOWN_S = 30.0
 """Longest stretch of a record that a figure shows."""
+
+MOST_COLUMNS = 4
+"""Largest number of actors next to one another in a figure."""
 
 QUANTITIES = {
     "x": "nod",
@@ -136,6 +141,28 @@ def accuracy_table(_: Run, worst: pd.DataFrame) -> Table:
     return Table.of(headings, rows, words=(3, 4))
 
 
+def readings(_: Run, readings: pd.DataFrame) -> Drawing:
+    """Return what equations give as printed and as read.
+
+    Parameters
+    ----------
+    readings : the table ``head_readings``.
+    """
+    return Drawing(readings)
+
+
+def readings_table(_: Run, found: pd.DataFrame) -> Table:
+    """Return these equations for the page."""
+    rows = [
+        [
+            *(row[name] for name in ("equation", "printed", "read", "quantity")),
+            *(f"{number(row[name])} {row['unit']}".rstrip() for name in ("as_printed", "as_read")),
+        ]
+        for _, row in found.fillna({"unit": ""}).iterrows()  # a CSV file has nothing for an empty unit
+    ]
+    return Table.of(["equation", "printed", "read as", "what is measured", "as printed", "as read"], rows, (1, 2, 3))
+
+
 def recovered(_: Run, recovery: pd.DataFrame) -> Drawing:
     """Draw the information between patterns of head and melody over the lag, planted and found.
 
@@ -146,20 +173,25 @@ def recovered(_: Run, recovery: pd.DataFrame) -> Drawing:
     curves = recovery[recovery["quantity"] == "information"]
     lags = recovery[recovery["quantity"] == "lag"]
     actors = list(dict.fromkeys(recovery["actor"]))
-    drawn, axes = style.figure(2.7, 1, len(actors), sharey=True)
+    n_columns = min(len(actors), MOST_COLUMNS)
+    n_rows = math.ceil(len(actors) / n_columns)
+    drawn, axes = style.figure(1.0 + 1.8 * n_rows, n_rows, n_columns, sharex=True, sharey=True)
     colours = {"planted": style.AMBER, "found": style.BLUE}
-    for panel, actor in zip(axes[0], actors, strict=True):
+    for panel, actor in zip(axes.flat, actors, strict=False):
         for source, colour in colours.items():
             own = curves[(curves["actor"] == actor) & (curves["source"] == source)]
             panel.plot(own["lag_s"], own["value"], color=colour, label=f"{source} patterns")
         planted = lags[(lags["actor"] == actor) & (lags["source"] == "planted")]["value"].iloc[0]
         panel.axvline(planted, color=style.FAINT, lw=0.9, ls=(0, (4, 3)), label="mean planted lag")
         panel.set_title(actor)
-        panel.set_xlabel("time by which the head is earlier, s")
         panel.set_ylim(bottom=0)
         panel.grid(axis="y")
-    axes[0, 0].set_ylabel("mutual information, bits")
-    axes[0, 0].legend(loc="best")
+    for unused in range(len(actors), n_rows * n_columns):
+        axes.flat[unused].axis("off")
+        axes.flat[unused - n_columns].tick_params(labelbottom=True)
+    drawn.supxlabel("time by which the head is earlier, s", fontsize=9)
+    drawn.supylabel("mutual information, bits", fontsize=9)
+    drawn.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return Drawing(recovery[recovery["quantity"] != "information"].reset_index(drop=True), drawn)
 
 

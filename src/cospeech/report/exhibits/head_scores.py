@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -18,6 +19,9 @@ from cospeech.report.words import HEAD_MEASURES, number
 
 PUBLISHED = ("normalised", "mahalanobis", "euclidean")
 """The measures of the published table, in its order."""
+
+
+LEGEND_COLUMNS = 2
 
 
 class Board(NamedTuple):
@@ -188,7 +192,7 @@ def lags(run: Run, sessions: pd.DataFrame) -> Drawing:
     systems = systems_of(run)
     shown = [*run.shown_heads, *(system.name for system in driven(systems) if system.name not in run.shown_heads)]
     shown = [name for name in shown if name in set(own["system"])]
-    drawn, axes = style.figure(2.8)
+    drawn, axes = style.figure(2.9 + 0.2 * math.ceil(len(shown) / LEGEND_COLUMNS))
     panel = axes[0, 0]
     for name, colour in style.system_colours(shown).items():
         rows = own[own["system"] == name].sort_values("lag_s")
@@ -199,5 +203,5 @@ def lags(run: Run, sessions: pd.DataFrame) -> Drawing:
     panel.set_xlabel("time by which the made head is later than the recorded one, s")
     panel.set_ylabel("correlation of angular speeds")
     panel.grid(axis="y")
-    panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    drawn.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)
     return Drawing(own[own["system"].isin(shown)].drop(columns="other").reset_index(drop=True), drawn)

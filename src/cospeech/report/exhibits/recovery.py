@@ -83,7 +83,8 @@ def figure(recovery: pd.DataFrame) -> Figure:
     ----------
     recovery : the table ``recovery``.
     """
-    drawn, axes = style.figure(3.1, 1, 2, gridspec_kw={"width_ratios": [1, 1.5]})
+    height_in = max(3.1, 1.0 + 0.2 * recovery["actor"].nunique())
+    drawn, axes = style.figure(height_in, 1, 2, gridspec_kw={"width_ratios": [1, 1.5]})
     _gestures(axes[0, 0], recovery[recovery["quantity"] == "gesture_frames_right"])
     _prosody(axes[0, 1], recovery[(recovery["quantity"] == "prosody_ami") & (recovery["part"] == "held_out")])
     return drawn

@@ -19,6 +19,43 @@ def draw(run: Run, transplant: pd.DataFrame) -> Drawing:
     return Drawing(transplant.assign(title=transplant["system"].map(run.titles)))
 
 
+def heads(run: Run, transplant: pd.DataFrame) -> Drawing:
+    """Return how the heads move that both models make of each voice, and the recorded ones, with the system's title.
+
+    Parameters
+    ----------
+    transplant : the table ``head_transplant``.
+    """
+    return Drawing(transplant.assign(title=transplant["system"].map(lambda name: run.heads[name].title)))
+
+
+SOURCES = {
+    "voice_recorded": "recorded with this voice",
+    "own_model": "own model",
+    "transplant": "transplant",
+    "model_recorded": "recorded",
+}
+"""What a head comes from, as the report calls it."""
+
+
+def head_table(_: Run, numbers: pd.DataFrame) -> Table:
+    """Return the table of heads for the page."""
+    rows = [
+        [
+            "" if row["source"] == "model_recorded" else f"{row['record']} ({row['voice_actor']})",
+            f"{row['model_actor']}, {SOURCES[row['source']]}",
+            *(number(row[name]) for name in ("speed_deg_s", "spread_deg", "patterns_per_minute", "pattern_distance")),
+            "" if pd.isna(row["melody_ami"]) else number(row["melody_ami"]),
+        ]
+        for _index, row in numbers.iterrows()
+    ]
+    headings = [
+        "voice", "head", "mean speed, °/s", "spread, °", "patterns per minute", "distance of pattern shares",
+        "agreement of melody patterns",
+    ]  # fmt: skip
+    return Table.of(headings, rows, (1,))
+
+
 def table(_: Run, numbers: pd.DataFrame) -> Table:
     """Return the table for the page: below each record's own model, the models of other actors."""
     rows = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from typing import Any
 
@@ -29,6 +30,9 @@ CEILING = "beat_alignment"
 RECORDED = "recorded motion (value)"
 """Heading of the rows of the table with what the recorded motion itself reaches."""
 
+MOST_COLUMNS = 7
+"""Largest number of actors next to one another in the figure."""
+
 ASSUMED_BY = {"phrases": OZKUL_2012, "vigour": LEVINE_2010, "syllables": LEVINE_2009}
 """The document whose systems assume what a world plants."""
 
@@ -54,7 +58,7 @@ def draw(run: Run, differences: pd.DataFrame, scores: pd.DataFrame, studio: dict
     studio : the section ``studio`` of the configuration.
     """
     numbers = cells(run, differences, scores, actor_worlds(studio))
-    return Drawing(numbers, _figure(numbers))
+    return Drawing(numbers, figure(numbers))
 
 
 def cells(run: Run, differences: pd.DataFrame, scores: pd.DataFrame, worlds: dict[str, ActorWorld]) -> pd.DataFrame:
@@ -162,20 +166,35 @@ def _text(cell: pd.Series) -> str:
     return f"{words.number(cell['advantage'], signed=True)}{mark} ({low} to {high})"
 
 
-def _figure(numbers: pd.DataFrame) -> Figure:
-    """Draw one panel per system and actor, in it one interval per measure, filled where it excludes 0."""
+def figure(numbers: pd.DataFrame) -> Figure:
+    """Draw one panel per system and actor, in it one interval per measure, filled where it excludes 0.
+
+    If there are many actors, the rows of all systems are repeated for the next ``MOST_COLUMNS`` of them.
+    """
     titles = numbers.drop_duplicates("system")[["system", "title"]]
     actors = numbers.drop_duplicates("actor")
-    n_rows, n_columns = max(1, len(titles)), max(1, len(actors))
-    drawn, axes = style.figure(0.6 + 0.85 * n_rows, n_rows, n_columns, sharex=True, sharey=True)
-    for row, system in enumerate(titles["system"]):
-        for column, actor in enumerate(actors["actor"]):
+    n_systems, n_columns = max(1, len(titles)), min(max(1, len(actors)), MOST_COLUMNS)
+    n_blocks = max(1, math.ceil(len(actors) / n_columns))
+    n_rows = n_systems * n_blocks
+    drawn, axes = style.figure(0.3 + 0.5 * n_blocks + 0.85 * n_rows, n_rows, n_columns, sharex=True, sharey=True)
+    axes[0, 0].set_xlim(_range(numbers[numbers["measure"].isin(DRAWN)]))
+    for panel in axes.flat:  # scaling shared axes anew for every mark takes minutes if there are many
+        panel.set_autoscale_on(False)
+    for place, (actor, world, coupling) in enumerate(
+        zip(actors["actor"], actors["world"], actors["coupling"], strict=True)
+    ):
+        first, column = n_systems * (place // n_columns), place % n_columns
+        for row, system in enumerate(titles["system"]):
             own = numbers[(numbers["system"] == system) & (numbers["actor"] == actor)]
-            _panel(axes[row, column], own)
-        title = textwrap.fill(titles["title"].iloc[row], 12)
+            _panel(axes[first + row, column], own)
+        axes[first, column].set_title(f"{world},\ncoupling {coupling:g}")
+    for row in range(n_rows):
+        title = textwrap.fill(titles["title"].iloc[row % n_systems], 12) if len(titles) else ""
         axes[row, 0].set_ylabel(title, rotation=0, ha="right", va="center", fontweight="bold")
-    for column, (world, coupling) in enumerate(zip(actors["world"], actors["coupling"], strict=True)):
-        axes[0, column].set_title(f"{world},\ncoupling {coupling:g}")
+    for column in range((len(actors) - 1) % n_columns + 1, n_columns):
+        axes[n_rows - n_systems - 1, column].tick_params(labelbottom=True)
+        for row in range(n_rows - n_systems, n_rows):
+            axes[row, column].axis("off")
     axes[0, 0].set_yticks(range(len(DRAWN)), [words.MEASURES[name].title for name in DRAWN])
     axes[0, 0].set_ylim(len(DRAWN) - 0.4, -0.6)
     label = "advantage over the same system driven by the same speech at a shift"
@@ -183,6 +202,15 @@ def _figure(numbers: pd.DataFrame) -> Figure:
         label = f"{label}  ( | : recorded motion)"
     drawn.supxlabel(label, fontsize=9)
     return drawn
+
+
+def _range(drawn: pd.DataFrame) -> tuple[float, float]:
+    """Return the ends of the horizontal axis: they enclose all marks and 0."""
+    marks = np.append(drawn[["low", "high", "advantage"]].to_numpy(dtype=float), 0.0)
+    marks = np.append(marks, drawn.loc[drawn["measure"] == CEILING, "recorded"].to_numpy(dtype=float))
+    low, high = float(np.nanmin(marks)), float(np.nanmax(marks))
+    margin = 0.05 * ((high - low) or 1.0)
+    return low - margin, high + margin
 
 
 def _panel(axes: Axes, own: pd.DataFrame) -> None:

@@ -9,8 +9,9 @@ import pandas as pd
 
 from cospeech.report.exhibits.run import Run
 from cospeech.report.page import notes, provenance, sections
-from cospeech.report.page.findings import Finding, findings, headline
+from cospeech.report.page.findings import Finding, findings
 from cospeech.report.page.head_findings import head_findings
+from cospeech.report.page.headline import headline
 from cospeech.report.page.sections import Shown
 from cospeech.report.page.tables import Table
 from cospeech.report.scores import at_main
@@ -90,6 +91,13 @@ def _headline(run: Run, config: Config, tables: Mapping[str, pd.DataFrame]) -> T
     return headline(*_compared(run, tables), level) if run.systems else None
 
 
+def _captured(numbers: Mapping[str, pd.DataFrame | None]) -> pd.DataFrame | None:
+    """Return the errors of capture and what filming changes, as far as the run has them."""
+    own = [numbers.get(name) for name in ("table-capture", "table-film-effect")]
+    given = [table for table in own if table is not None]
+    return pd.concat(given, ignore_index=True) if given else None
+
+
 def _findings(
     run: Run, config: Config, tables: Mapping[str, pd.DataFrame], numbers: Mapping[str, pd.DataFrame | None]
 ) -> list[Finding]:
@@ -103,7 +111,7 @@ def _findings(
             level=level,
             recovery=numbers.get("fig-recovery"),
             motion=numbers.get("fig-motion"),
-            capture=numbers.get("table-capture"),
+            capture=_captured(numbers),
             worlds=numbers.get("worlds"),
         )
     if run.heads:

@@ -3,60 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from cospeech.metrics import bootstrap
 from cospeech.report import words
-from cospeech.report.page.tables import Table
-from cospeech.report.scores import common_phrases, own_phrases
-from cospeech.report.systems import System, Systems, driven, first_ceiling, general_controls, matched
+from cospeech.report.page.comparing import (
+    FEWEST_RECORDS,
+    STATED,
+    compared_systems,
+    controls_of,
+    over_all_actors,
+    row_of,
+    verdict,
+    with_interval,
+)
+from cospeech.report.systems import System, Systems, first_ceiling, matched
 from cospeech.report.words import number
-
-FEWEST_RECORDS = 4
-"""The fewest records for which differences between systems are stated."""
-
-STATED = ("kappa", "D")
-"""The measures in which findings compare systems, on the interior of records."""
-
-
-VERDICTS = {"better": "▲", "worse": "▼", "undecided": "◦"}
-"""The sign of each verdict, so that no colour is needed."""
 
 
 @dataclass(frozen=True)
 class Finding:
     """One finding: a sentence that states it, and lines with the numbers behind it.
 
-    ``in_table`` says whether the headline table shows it, too (see ``headline``).
+    ``in_table`` says whether the headline table shows it, too (see the module ``headline``).
     """
 
     claim: str
     evidence: list[str]
     in_table: bool = False
-
-
-def with_interval(row: pd.Series, name: str = "value", unit: str = "") -> str:
-    """Return a number and its interval, ``0.52 (0.40 to 0.63)``; a difference with its sign."""
-    signed = name == "difference"
-    text = number(row[name], signed) + unit
-    if row["low"] != row["low"]:
-        return f"{text} (no interval)"
-    return f"{text} ({number(row['low'], signed)} to {number(row['high'], signed)})"
-
-
-def verdict(row: pd.Series, better: str, level: float) -> str:
-    """Return ``better``, ``worse`` or ``undecided``.
-
-    A difference is undecided if its interval includes 0, or if its p-value, corrected for the number of comparisons,
-    is above 1 - ``level``.
-    """
-    if not (row["low"] > 0 or row["high"] < 0) or not row["p_corrected"] <= 1 - level:
-        return "undecided"
-    return "better" if (row["low"] > 0) == (better == "more") else "worse"
 
 
 def findings(
@@ -81,10 +57,10 @@ def findings(
     level : level of the intervals; 1 - level is the error rate of all comparisons together.
     recovery : numbers of the exhibit ``fig-recovery``, or None.
     motion : numbers of ``fig-motion``, or None.
-    capture : numbers of ``table-capture``, or None.
+    capture : numbers of ``table-capture`` and ``table-film-effect``, or None.
     worlds : numbers of ``worlds``, or None.
     """
-    pooled, paired = _pooled(scores, differences, systems)
+    pooled, paired = over_all_actors(scores, differences, systems)
     n_records = int(pooled["n_records"].max())
     found = _compared(pooled, paired, systems, level) if n_records >= FEWEST_RECORDS else [_too_few(n_records)]
     found += _in_worlds(worlds, level) if worlds is not None else []
@@ -96,105 +72,13 @@ def findings(
     return found
 
 
-def headline(scores: pd.DataFrame, differences: pd.DataFrame, systems: Systems, level: float) -> Table | None:
-    """Return a table with one row per system: how well it does, and how much of that is due to its speech.
-
-    Parameters
-    ----------
-    scores, differences, systems, level : as for ``findings``.
-
-    Returns
-    -------
-    The table; None if there are too few records to compare systems.
-    """
-    pooled, paired = _pooled(scores, differences, systems)
-    if int(pooled["n_records"].max()) < FEWEST_RECORDS:
-        return None
-    listening, _, table = _comparisons(pooled, paired, systems)
-    rows = []
-    for system in listening:
-        cells = [system.title]
-        for measure in STATED:
-            own = _row(pooled, system=system.name, measure=measure, part="interior")
-            strictest = _row(table, system=system.name, other=system.controls[-1], measure=measure)
-            cells += ["" if own is None else number(own["value"]), _judged(strictest, measure, level)]
-        rows.append([*cells, _beaten_controls(system, table, systems, level)])
-    shift = "minus the same system at the wrong moment"
-    headings = ["system", "gestures: kappa", shift, "boundaries: D (s)", shift, "better than its controls"]
-    return Table(headings, rows, words=(5,))
-
-
-def _judged(row: pd.Series | None, measure: str, level: float) -> str:
-    """Return a difference with its interval and a verdict, which a sign and a word state."""
-    if row is None:
-        return ""
-    found = verdict(row, words.MEASURES[measure].better, level)
-    return f"{with_interval(row, 'difference')} {VERDICTS[found]} {found}"
-
-
-def _beaten_controls(system: System, table: pd.DataFrame, systems: Systems, level: float) -> str:
-    """Return how many of its controls a system beats in each measure."""
-    clauses = []
-    for measure in STATED:
-        rows = [_row(table, system=system.name, other=name, measure=measure) for name in _controls(system, systems)]
-        found = [verdict(row, words.MEASURES[measure].better, level) for row in rows if row is not None]
-        clauses.append(f"{found.count('better')} of {len(found)} in {measure}")
-    return ", ".join(clauses)
-
-
-def _pooled(scores: pd.DataFrame, differences: pd.DataFrame, systems: Systems) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the scores and the differences of all actors together."""
-    every, paired = own_phrases(scores, systems), common_phrases(differences, systems)
-    return every[every["actor"] == "all"], paired[paired["actor"] == "all"]
-
-
-def _row(table: pd.DataFrame, **where: Any) -> pd.Series | None:
-    for column, value in where.items():
-        table = table[table[column] == value]
-    return table.iloc[0] if len(table) else None
-
-
 def _compared(pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems, level: float) -> list[Finding]:
     """Return what the differences between systems, and between systems and controls, show."""
-    listening, before, table = _comparisons(pooled, paired, systems)
+    listening, before, table = compared_systems(pooled, paired, systems)
     found = [_speech(system, pooled, table, systems, level) for system in listening]
     for name, others in before.items():
         found.append(_against(systems[name], [systems[other] for other in others], table, level))
     return [*found, _resolution(pooled, paired, listening, int(table["p_value"].notna().sum()))]
-
-
-def _comparisons(
-    pooled: pd.DataFrame, paired: pd.DataFrame, systems: Systems
-) -> tuple[list[System], dict[str, list[str]], pd.DataFrame]:
-    """Return the systems that speech drives, the systems each is compared with, and all stated differences."""
-    scored = set(pooled["system"])
-    listening = [system for system in driven(systems) if system.name in scored]  # one that failed has no scores
-    rivals = {system.name: _controls(system, systems) for system in listening}
-    before = {
-        system.name: list(dict.fromkeys([listening[0].name, previous.name]))
-        for previous, system in pairwise(listening)
-    }
-    pairs = [(one, other) for side in (rivals, before) for one in side for other in side[one]]
-    return listening, before, comparisons(paired, pairs)
-
-
-def _controls(system: System, systems: Systems) -> list[str]:
-    """Return the controls that a system is compared with: its own, then those that belong to no system."""
-    return [*system.controls, *(control.name for control in general_controls(systems))]
-
-
-def comparisons(paired: pd.DataFrame, pairs: list[tuple[str, str]]) -> pd.DataFrame:
-    """Return the differences of some pairs of systems that findings state, with p-values corrected for their number.
-
-    Parameters
-    ----------
-    paired : the table ``differences`` of one actor and one kind of phrases.
-    pairs : a system and the one that it is compared with, for each pair.
-    """
-    stated = paired[(paired["part"] == "interior") & paired["measure"].isin(STATED)].dropna(subset=["difference"])
-    wanted = pd.MultiIndex.from_frame(stated[["system", "other"]]).isin(pairs)
-    chosen = stated[wanted]
-    return chosen.assign(p_corrected=bootstrap.holm(chosen["p_value"].to_numpy(dtype=float)))
 
 
 def _too_few(n_records: int) -> Finding:
@@ -206,10 +90,10 @@ def _too_few(n_records: int) -> Finding:
 
 def _speech(system: System, pooled: pd.DataFrame, compared: pd.DataFrame, systems: Systems, level: float) -> Finding:
     """Return whether a system does better than its own controls under wrong speech, and than those without speech."""
-    own = _row(pooled, system=system.name, measure="kappa", part="interior")
+    own = row_of(pooled, system=system.name, measure="kappa", part="interior")
     evidence = [] if own is None else [f"kappa {with_interval(own)} on the interior of records"]
     verdicts: dict[str, dict[str, str]] = {measure: {} for measure in STATED}
-    for name in _controls(system, systems):
+    for name in controls_of(system, systems):
         rows = _stated(compared, system.name, name)
         if not rows:  # one plans phrases, and the other only moves
             continue
@@ -235,7 +119,7 @@ def _named(controls: list[str], system: System, systems: Systems) -> str:
 
 def _stated(compared: pd.DataFrame, system: str, other: str) -> dict[str, pd.Series]:
     """Return the differences between two systems by measure, as far as they are defined."""
-    rows = {measure: _row(compared, system=system, other=other, measure=measure) for measure in STATED}
+    rows = {measure: row_of(compared, system=system, other=other, measure=measure) for measure in STATED}
     return {measure: row for measure, row in rows.items() if row is not None}
 
 
@@ -255,7 +139,7 @@ def _p_value(value: float) -> str:
 
 def _draws(pooled: pd.DataFrame, control: str) -> str:
     """Return how many draws of each record a control's scores are averaged over, and of how many records."""
-    row = _row(pooled, system=control, measure="kappa", part="interior")
+    row = row_of(pooled, system=control, measure="kappa", part="interior")
     if row is None:
         return ""
     fewest, most = int(row["fewest_draws"]), int(row["most_draws"])
@@ -410,7 +294,7 @@ def _ceiling(pooled: pd.DataFrame, systems: Systems, best_published_s: float) ->
 def _easy_distance(pooled: pd.DataFrame, systems: Systems) -> list[Finding]:
     rows = pooled[(pooled["measure"] == "D") & (pooled["part"] == "whole")].dropna(subset=["value"])
     least = rows.sort_values("value", kind="stable").iloc[0]
-    ratio = _row(pooled, system=least["system"], measure="phrase_ratio", part="whole")
+    ratio = row_of(pooled, system=least["system"], measure="phrase_ratio", part="whole")
     winner = systems[least["system"]]
     if winner.role != "control" or ratio is None:
         return []
@@ -470,8 +354,8 @@ def _missed(row: pd.Series) -> str:
 
 
 def _recovered(summary: pd.DataFrame) -> Finding:
-    frames = _row(summary, quantity="gesture_frames_right")
-    ami = _row(summary, quantity="prosody_ami", on="held-out record")
+    frames = row_of(summary, quantity="gesture_frames_right")
+    ami = row_of(summary, quantity="prosody_ami", on="held-out record")
     claims, evidence = [], []
     if frames is not None:
         claims.append(f"The planted gesture phrases were recovered in {100 * frames['mean']:.1f} % of the frames.")

@@ -6,11 +6,12 @@ import pandas as pd
 
 from cospeech.report import words
 from cospeech.report.exhibits.run import Run
-from cospeech.report.page.findings import FEWEST_RECORDS, Finding, with_interval
+from cospeech.report.page.comparing import FEWEST_RECORDS, with_interval
+from cospeech.report.page.findings import Finding
 from cospeech.report.systems import System, driven
 
-STATED = "euclidean"
-"""The measure in which findings compare heads: no few frames dominate it, and every reader knows its unit."""
+FOLLOWS, DISTANCE = "speed_correlation", "euclidean"
+"""The measures in which findings compare heads: do they move when the recorded one does, and how far off are they?"""
 
 
 def head_findings(run: Run, differences: pd.DataFrame | None, captured: pd.DataFrame | None) -> list[Finding]:
@@ -23,7 +24,7 @@ def head_findings(run: Run, differences: pd.DataFrame | None, captured: pd.DataF
     """
     found = []
     if differences is not None:
-        own = differences[(differences["unit"] == "record") & (differences["measure"] == STATED)]
+        own = differences[differences["unit"] == "record"]
         if own["n"].max() < FEWEST_RECORDS:
             found.append(
                 Finding(
@@ -32,35 +33,52 @@ def head_findings(run: Run, differences: pd.DataFrame | None, captured: pd.DataF
                 )
             )
         else:
-            found += [_of_system(run, system, own) for system in driven(run.heads)]
+            listening = driven(run.heads)
+            found += [_follows(run, system, own) for system in listening if system.controls]
+            found += _constant(run, listening[0], own)
     if captured is not None:
         found.append(_of_capture(captured))
     return found
 
 
-def _of_system(run: Run, system: System, differences: pd.DataFrame) -> Finding:
-    """Return whether the head of a system is nearer to the recorded one than those that it is compared with."""
-    rows = differences[differences["system"] == system.name]
-    nearer = [run.heads[row["other"]].title for _, row in rows.iterrows() if row["high"] < 0]
-    farther = [run.heads[row["other"]].title for _, row in rows.iterrows() if row["low"] > 0]
-    undecided = [run.heads[name].title for name in rows["other"]]
-    undecided = [title for title in undecided if title not in (*nearer, *farther)]
-    clauses = [
-        f"{verb} {words.joined([f'“{title}”' for title in titles])}"
-        for verb, titles in (
-            ("is nearer to the recorded head than", nearer),
-            ("is farther from it than", farther),
-            ("cannot be distinguished from", undecided),
-        )
-        if titles
-    ]
-    evidence = [
-        f"minus “{run.heads[row['other']].title}”: {with_interval(row, 'difference', '°')}"
-        for _, row in rows.rename(columns={"value": "difference"}).iterrows()
-    ]
+def _follows(run: Run, system: System, differences: pd.DataFrame) -> Finding:
+    """Return whether a head moves when the recorded one does, beyond the same system that hears the wrong moment."""
+    control = system.controls[-1]
+    own = differences[(differences["measure"] == FOLLOWS) & (differences["other"] == control)]
+    own = own[own["system"] == system.name].rename(columns={"value": "difference"})
+    if own.empty:
+        return Finding(f"Nothing can be said about the timing of “{system.title}”.", ["its head does not move"])
+    row = own.iloc[0]
+    moves = "moves with the voice" if row["low"] > 0 else "cannot be shown to move with the voice"
+    title = run.heads[control].title.removeprefix(f"{system.title}: ")
     return Finding(
-        f"The head of “{system.title}” {'; it '.join(clauses)}.", [*evidence, "mean distance of the angles"]
+        f"“{system.title}” {moves}.",
+        [f"correlation of angular speeds, minus {title}: {with_interval(row, 'difference')}"],
     )
+
+
+def _constant(run: Run, system: System, differences: pd.DataFrame) -> list[Finding]:
+    """Return how the nearest control that hears no speech fares in a measure of distance."""
+    own = differences[(differences["system"] == system.name) & (differences["measure"] == DISTANCE)]
+    rows = own[~own["other"].isin(system.controls)].rename(columns={"value": "difference"})
+    rows = rows[[run.heads[name].role == "control" for name in rows["other"]]]
+    if rows.empty:
+        return []
+    nearest = rows.sort_values("difference", kind="stable").iloc[-1]
+    verdict = "is not beaten in distance by"
+    if nearest["low"] > 0 or nearest["high"] < 0:
+        verdict = f"is {'nearer to' if nearest['low'] > 0 else 'farther from'} the recorded head than"
+    apart = with_interval(nearest, "difference", "°")
+    return [
+        Finding(
+            f"“{run.heads[nearest['other']].title}” {verdict} “{system.title}”.",
+            [
+                f"Euclidean distance of the latter minus that of the former: {apart}",
+                "a head that moves as much as the recorded one is nearer than a constant head only if their angles "
+                "correlate by more than one half; the correlation of speeds asks for less",
+            ],
+        )
+    ]
 
 
 def _of_capture(summary: pd.DataFrame) -> Finding:

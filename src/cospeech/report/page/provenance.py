@@ -52,7 +52,7 @@ def banner(
     actors = words.counted(records["actor"].nunique(), "actor")
     size = f"{actors}, {words.counted(len(records), 'record')}, {minutes:.1f} minutes"
     if config["corpus"]["source"] == "studio":
-        return _virtual(config, size, cameras)
+        return _virtual(config, size, records, cameras)
     phrases = [] if annotations is None else _actual_phrases(config, records, annotations)
     return Banner("real", f"Real recordings: the corpus “{config['corpus']['name']}”.", [f"{size}.", *phrases])
 
@@ -102,7 +102,7 @@ def _named(records: pd.Series) -> str:
     return words.joined(names) if len(names) <= 8 else words.counted(len(names), "record")
 
 
-def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
+def _virtual(config: Config, size: str, records: pd.DataFrame, cameras: pd.DataFrame | None) -> Banner:
     studio = config["studio"]
     made = (
         "A program drew their gestures and the melody of their speech; a speech synthesiser spoke, and a body moved."
@@ -124,7 +124,7 @@ def _virtual(config: Config, size: str, cameras: pd.DataFrame | None) -> Banner:
         "Everything here is virtual: nobody was recorded.",
         [
             f"{size}. {made} By design, {planned}.",
-            *(_filmed(config, cameras) if cameras is not None else ()),
+            *(_filmed(config, records, cameras) if cameras is not None else ()),
             "These numbers show how well the methods recover what was planted. They say nothing about people, and "
             "their values are not comparable with published ones, which come from recordings.",
         ],
@@ -142,14 +142,23 @@ def _planned(own: ActorWorld) -> str:
     return f"{planned} (coupling {own.coupling:g}{parts and f'; {parts}'})"
 
 
-def _filmed(config: Config, cameras: pd.DataFrame) -> list[str]:
+def _filmed(config: Config, records: pd.DataFrame, cameras: pd.DataFrame) -> list[str]:
+    """Return how the films of a virtual corpus were made, and which of its records were filmed."""
+    filmed = records.loc[records["motion_source"] == "video", "record"]
     sizes = cameras[["width_px", "height_px"]].drop_duplicates().itertuples(index=False)
     size = words.joined([f"{width} x {height}" for width, height in sizes])
-    return [
+    studio = config["studio"]
+    lines = [
         f"The body wore markers and was filmed by {words.counted(len(cameras), 'virtual camera')} at {size} pixels "
-        f"and {config['studio']['motion_fps']:g} frames/s. Its joint angles were computed from these films, with "
+        f"and {studio['motion_fps']:g} frames/s. Its joint angles were computed from these films, with "
         f"{TRACKERS[config['capture']['track']['method']]}."
     ]
+    if len(filmed) < len(records):
+        lines.append(
+            f"This was done for {_named(filmed)}. The joint angles of the other records are the planted ones, with "
+            f"noise of {studio['motion_noise_deg']:g}\N{DEGREE SIGN}."
+        )
+    return lines
 
 
 def facts(

@@ -161,10 +161,11 @@ def update(
     for j in range(n):
         new_start[j] = (new_start[j] + everywhere) * emission[0, j]
         total += new_start[j]
+    scale = 1.0 / total
     for i in range(n):
-        new_start[i] /= total
+        new_start[i] *= scale
         for k in range(new_n[i]):
-            new_entry[i, k] /= total
+            new_entry[i, k] *= scale
         if mode == PRINTED and new_entry[i, 0] > 0.0:
             new_elapsed[i, 0] *= total / emission[1, i]
             new_odds[i, 0] = np.exp(-(logit[i, 0] + logit[i, 1] * new_elapsed[i, 0]))

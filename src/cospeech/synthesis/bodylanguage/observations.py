@@ -34,6 +34,7 @@ import numpy as np
 import pandas as pd
 
 from cospeech.data.arrays import Floats
+from cospeech.kernels.jit import njit
 from cospeech.synthesis.live import frame_known
 
 FEATURES = ("rise", "fall", "intensity", "length")
@@ -68,6 +69,9 @@ def index(up: int, down: int, intensity: int, length: int) -> int:
     return ((up * SIZES[1] + down) * SIZES[2] + intensity) * SIZES[3] + length
 
 
+_index = njit(index)
+
+
 def features(observation: int) -> tuple[int, int, int, int]:
     """Return the values of inflection up, inflection down, intensity and length of an observation."""
     up, down, intensity, length = (int(value) for value in np.unravel_index(observation, SIZES))
@@ -93,6 +97,36 @@ class Observed(NamedTuple):
     known_s: float
 
 
+Measured = tuple[float, float, float, float]
+"""The ``FEATURES`` of a syllable, with NaN for the pitch of an unvoiced one."""
+
+
+@njit
+def _add(moments: Floats, rise: float, fall: float, intensity: float, length: float) -> None:
+    """Add a syllable to the moments (4, 4): mean, deviation, weight and sum of squared deviations of each feature."""
+    mean, deviation, weight, squares = moments[0], moments[1], moments[2], moments[3]
+    for feature, value in enumerate((rise, fall, intensity, length)):
+        if not np.isnan(value):
+            off = value - mean[feature]
+            weight[feature] += 1.0
+            mean[feature] += off / weight[feature]
+            squares[feature] += off * (value - mean[feature])
+            deviation[feature] = max(np.sqrt(squares[feature] / weight[feature]), LEAST_DEVIATION)
+
+
+@njit
+def _observation(moments: Floats, rise: float, fall: float, intensity: float, length: float) -> int:
+    """Return the observation of a syllable, relative to the moments (see ``_add``)."""
+    mean, deviation = moments[0], moments[1]
+    off = (length - mean[3]) / deviation[3]
+    return _index(
+        int(rise - mean[0] >= INFLECTION * deviation[0]),  # false for NaN
+        int(fall - mean[1] >= INFLECTION * deviation[1]),
+        HIGH if intensity - mean[2] >= HIGH_INTENSITY * deviation[2] else STANDARD,
+        LONG if off >= LONG_LENGTH else SHORT if off <= SHORT_LENGTH else MEDIUM,
+    )
+
+
 class Statistics:
     """Means and standard deviations of ``FEATURES``, updated syllable by syllable (Welford's method).
 
@@ -105,38 +139,25 @@ class Statistics:
     """
 
     def __init__(self, mean: Iterable[float], deviation: Iterable[float], weight: float) -> None:
-        self.mean = [float(value) for value in mean]
-        self.deviation = [max(float(value), LEAST_DEVIATION) for value in deviation]
-        self._weight = [weight] * len(FEATURES)
-        self._squares = [weight * value**2 for value in self.deviation]
+        self._moments = np.empty((4, len(FEATURES)))
+        self.mean, self.deviation, weights, squares = self._moments
+        self.mean[:] = list(mean)
+        self.deviation[:] = np.maximum(list(deviation), LEAST_DEVIATION)
+        weights[:] = weight
+        squares[:] = weight * self.deviation**2
 
-    def add(self, values: Sequence[float]) -> None:
+    def add(self, values: Measured) -> None:
         """Add a syllable; NaN values are left out."""
-        for feature, value in enumerate(values):
-            if value == value:
-                weight = self._weight[feature] = self._weight[feature] + 1.0
-                off = value - self.mean[feature]
-                self.mean[feature] += off / weight
-                self._squares[feature] += off * (value - self.mean[feature])
-                self.deviation[feature] = max(math.sqrt(self._squares[feature] / weight), LEAST_DEVIATION)
+        _add(self._moments, *values)
 
-    def observation(self, values: Sequence[float]) -> int:
+    def observation(self, values: Measured) -> int:
         """Return the observation of a syllable."""
-        rise, fall, intensity, length = (
-            (value - mean) / deviation
-            for value, mean, deviation in zip(values, self.mean, self.deviation, strict=True)
-        )
-        return index(
-            int(rise >= INFLECTION),  # false for NaN
-            int(fall >= INFLECTION),
-            HIGH if intensity >= HIGH_INTENSITY else STANDARD,
-            LONG if length >= LONG_LENGTH else SHORT if length <= SHORT_LENGTH else MEDIUM,
-        )
+        return int(_observation(self._moments, *values))
 
     @property
     def piece_s(self) -> float:
         """The length of the pieces of a long silence."""
-        return max(self.mean[3], SHORTEST_SILENCE_S)
+        return max(float(self.mean[3]), SHORTEST_SILENCE_S)
 
     def silence(self, length_s: float) -> int:
         """Return the observation of a silence that is not long."""
@@ -144,8 +165,8 @@ class Statistics:
         return index(0, 0, SILENCE, SHORT if short else MEDIUM)
 
 
-def measured(syllable: Mapping[str, float]) -> tuple[float, float, float, float]:
-    """Return the ``FEATURES`` of a syllable, with NaN for the pitch of an unvoiced one."""
+def measured(syllable: Mapping[str, float]) -> Measured:
+    """Return the ``FEATURES`` of a syllable."""
     length_s = syllable["end_s"] - syllable["start_s"]
     return syllable["f0_rise_hz"], syllable["f0_fall_hz"], syllable["intensity_db"], length_s
 
@@ -219,9 +240,8 @@ class Listener:
 
     def _silence(self, until_s: float, time_s: float, found: list[Observed]) -> None:
         """Append the pieces of the silence that ends at ``until_s``."""
-        piece_s = self.statistics.piece_s
         while until_s - self._end_s > SHORTEST_SILENCE_S - 1e-6:  # a piece may be as short
-            end_s = min(until_s, self._end_s + piece_s)
+            end_s = min(until_s, self._end_s + self.statistics.piece_s)
             found.append(Observed(self.statistics.silence(end_s - self._end_s), self._end_s, end_s, time_s))
             self._end_s = end_s
 

@@ -29,7 +29,7 @@ from cospeech.synthesis.bodylanguage.player_kernels import (
     Sections,
     advance,
     begin,
-    state,
+    known,
 )
 from cospeech.synthesis.interface import Speech
 from cospeech.synthesis.live import Heard, Stream
@@ -37,7 +37,7 @@ from cospeech.synthesis.live import Heard, Stream
 N_UNIFORMS = 1024
 """Number of random numbers that are drawn at once."""
 
-NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
+NOTHING = np.empty(0, dtype=np.int64)
 """No observations."""
 
 MOST_OBSERVED = 16
@@ -68,11 +68,13 @@ class Player:
         self._fps, self._frame_s = stream.motion_fps, stream.frame_s
         self.listener = Listener(Statistics(model.mean, model.deviation, PRIOR_SYLLABLES), model.wait_s)
         mode = forward.MODES.index(model.mode)
-        self._rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
+        rules = Rules(by_model, at_syllables, mode, float(np.radians(model.tolerance_deg)))
         initial, sections = _sections(model, library)
         self._rng = random_source(seed, "bodylanguage", stream.record)
         memory = _memory(initial.shape[1], len(sections.members), self._rng)
-        self._state, self.sections, self.beliefs, self.memory = state(sections, _beliefs(initial, mode), memory)
+        self._known, self.sections, self.beliefs, self.memory = known(
+            sections, _beliefs(initial, mode), memory, rules
+        )
         self._observed_s = 0.0
         self.n_frames = 0
         n_joints = len(library.body.joints)
@@ -89,35 +91,34 @@ class Player:
         observed = self.listener.hear(time_s, heard.syllables)
         end = int(time_s * self._fps + 0.5 + 1e-9)
         if not observed:
-            return self._frames(end, *NOTHING)
-        passed_s = np.zeros(len(observed))
-        passed_s[0], self._observed_s = time_s - self._observed_s, time_s
+            return self._frames(end, NOTHING, 0.0)
+        passed_s, self._observed_s = time_s - self._observed_s, time_s
         return self._frames(end, np.array([one.observation for one in observed], dtype=np.int64), passed_s)
 
     def frames(self, end: int) -> Floats:
         """Return the frames of motion from those that have been shown up to ``end``, (n, 3 + 4 J)."""
-        return self._frames(end, *NOTHING)
+        return self._frames(end, NOTHING, 0.0)
 
-    def _frames(self, end: int, observations: Integers, passed_s: Floats) -> Floats:
+    def _frames(self, end: int, observations: Integers, passed_s: float) -> Floats:
         """Return the frames of motion up to ``end``, after some observations."""
         n = max(end - self.n_frames, 0)
         if n == 0 and len(observations) == 0:
             return self._nothing
         while len(observations) > MOST_OBSERVED:
-            self._advance(observations[:MOST_OBSERVED], passed_s[:MOST_OBSERVED], False)
-            observations, passed_s = observations[MOST_OBSERVED:], passed_s[MOST_OBSERVED:]
+            self._advance(observations[:MOST_OBSERVED], passed_s, False)
+            observations, passed_s = observations[MOST_OBSERVED:], 0.0
         self._advance(observations, passed_s, n > 0)
         made = np.empty((n, self._nothing.shape[1]))
         for place in range(n):
             if place > 0:
-                self._advance(*NOTHING, True)
+                self._advance(NOTHING, 0.0, True)
             made[place] = self._blender.step(*self._poses)
         self.n_frames += n
         return made
 
-    def _advance(self, observations: Integers, passed_s: Floats, wanted: bool) -> None:
+    def _advance(self, observations: Integers, passed_s: float, wanted: bool) -> None:
         self._refill()
-        advance(self._state, self._rules, self._blender.pose, observations, passed_s, wanted, self._desired)
+        advance(*self._known, self._blender.pose, observations, passed_s, wanted, self._desired)
 
     def _refill(self) -> None:
         if self.memory.used[0] > N_UNIFORMS - MOST_UNIFORMS:

@@ -10,7 +10,7 @@ from cospeech.data.arrays import Floats, Integers
 from cospeech.kernels.jit import njit
 from cospeech.synthesis.bodylanguage import forward
 from cospeech.synthesis.bodylanguage.observations import N_OBSERVATIONS
-from cospeech.synthesis.bodylanguage.packing import Packed, four, one, pack, three, two
+from cospeech.synthesis.bodylanguage.packing import four, one, pack, three, two
 
 NONE = N_OBSERVATIONS
 """The observation before the first one, which says nothing."""
@@ -114,27 +114,19 @@ class Memory(NamedTuple):
     distances: Floats
 
 
-class State(NamedTuple):
-    """All of them as compiled code receives them.
-
-    Attributes
-    ----------
-    packed : sections, beliefs and memory, field by field, except for the motion.
-    root_m, rotations, before : the motion; see ``Sections``.
-    """
-
-    packed: Packed
-    root_m: Floats
-    rotations: Floats
-    before: Integers
+Known = tuple[Floats, Integers, Integers, Floats, Floats, Integers, bool, bool, int, float]
+"""What compiled code receives: the fields of ``packing.Packed``, which contain everything but the motion; the motion
+(see ``Sections``); and the fields of ``Rules``. Named tuples would take microseconds to receive."""
 
 
-def state(sections: Sections, beliefs: Beliefs, memory: Memory) -> tuple[State, Sections, Beliefs, Memory]:
+def known(
+    sections: Sections, beliefs: Beliefs, memory: Memory, rules: Rules
+) -> tuple[Known, Sections, Beliefs, Memory]:
     """Return what compiled code receives, and sections, beliefs and memory as views of it."""
     n, m = len(Sections._fields) - N_MOTION, len(Beliefs._fields)
     packed, views = pack([*sections[:n], *beliefs, *memory])
     return (
-        State(packed, sections.root_m, sections.rotations, sections.before),
+        (*packed, sections.root_m, sections.rotations, sections.before, *rules),
         Sections(*views[:n], *sections[n:]),
         Beliefs(*views[n : n + m]),
         Memory(*views[n + m :]),
@@ -142,9 +134,8 @@ def state(sections: Sections, beliefs: Beliefs, memory: Memory) -> tuple[State, 
 
 
 @njit
-def _unpacked(known: Any) -> Any:
-    """Return sections, beliefs and memory of a state."""
-    (floats, integers, at), root_m, rotations, before = known
+def _unpacked(floats: Any, integers: Any, at: Any, root_m: Any, rotations: Any, before: Any) -> Any:
+    """Return sections, beliefs and memory."""
     sections = Sections(
         two(floats, at, 0), three(floats, at, 1), three(floats, at, 2), three(floats, at, 3), two(integers, at, 4),
         three(integers, at, 5), four(floats, at, 6), three(floats, at, 7), two(floats, at, 8), four(floats, at, 9),
@@ -295,11 +286,19 @@ def begin(sections: Any, initial: Any, memory: Any) -> None:
 
 @njit
 def advance(
-    known: Any,
-    rules: Any,
+    floats: Any,
+    integers: Any,
+    layout: Any,
+    root_m: Any,
+    rotations: Any,
+    before: Any,
+    by_model: bool,
+    at_syllables: bool,
+    mode: int,
+    tolerance: float,
     pose: Any,
     observations: Any,
-    passed_s: Any,
+    passed_s: float,
     wanted: bool,
     desired: Any,
 ) -> None:
@@ -310,17 +309,19 @@ def advance(
 
     Parameters
     ----------
-    known : see ``State``.
+    floats, ..., tolerance : see ``Known``.
     pose : (3 + 4 J,) the frame shown last.
-    observations : (n,) observations, one after another. passed_s : (n,) time since the one before each.
+    observations : (n,) observations that become known at the same time.
+    passed_s : time between the first of them and the one before.
     wanted : whether there is a next frame.
     desired : (2, 3 + 4 J) for the pose and the one before it in its recordings.
     """
-    sections, beliefs, memory = _unpacked(known)
+    sections, beliefs, memory = _unpacked(floats, integers, layout, root_m, rotations, before)
+    rules = Rules(by_model, at_syllables, mode, tolerance)
     for k in range(len(observations)):
         memory.now[0] = 1 - memory.now[0]
         memory.observation[0] = observations[k]
-        memory.passed_s[0] = passed_s[k]
+        memory.passed_s[0] = passed_s if k == 0 else 0.0
         for s in range(len(memory.segment)):
             for i in range(memory.ended.shape[1]):
                 memory.ended[s, i] = 0

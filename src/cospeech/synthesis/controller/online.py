@@ -88,6 +88,8 @@ def step(state: State, heard: Heard) -> Floats:
     """Return the motion frames that are due after one more prosody frame, (n, 3 + 4 J)."""
     for syllable in heard.syllables:
         state.listener.hear(Syllable(*(syllable[name] for name in Syllable._fields)))
+    for word in heard.words:
+        state.player.hear(word)
     heard_s = (heard.frame + 1) * state.frame_s
     if not state.screen.due(heard_s):
         return state.nothing

@@ -200,13 +200,14 @@ class _Smoothed:
 
     def __init__(self, noise: Noise, rng: np.random.Generator) -> None:
         self._scale = noise.deviation / np.sqrt(_variances()[0])[:, None]
+        self._poles = np.exp(-1.0 / TIMES)
         self._past = np.zeros((kernels.STAGES, *noise.deviation.shape))
         self._rng = rng
 
     def add(self, frames: Floats) -> Floats:
         """Return the next frames (T, 3) with noise."""
         found, noise = frames.copy(), self._rng.standard_normal((len(frames), *self._scale.shape))
-        kernels.add_noise(noise, np.exp(-1.0 / TIMES), self._scale, self._past, found)
+        kernels.add_noise(noise, self._poles, self._scale, self._past, found)
         return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cospeech.data.arrays import Floats, Integers
@@ -23,7 +25,9 @@ class AtFrames:
     def hear(self, labels: Integers) -> Integers:
         """Return the labels of the frames of the head whose centres lie in the next labels (T,)."""
         first, self._heard = self._heard, self._heard + len(labels)
-        n_due = max(self._made, int(np.ceil(self._heard / self._step - 0.5 - 1e-9)))
+        n_due = max(self._made, math.ceil(self._heard / self._step - 0.5 - 1e-9))
+        if n_due == self._made:
+            return labels[:0]
         centres = np.floor((np.arange(self._made, n_due) + 0.5) * self._step + 1e-9).astype(np.int64)
         self._made = n_due
         return labels[centres - first]
@@ -87,8 +91,10 @@ class Performer:
 
     def hear(self, melody: Floats) -> Floats:
         """Return the angles (n, 3) in degrees that become certain with the next frames of the melody (T, 3)."""
-        labels = self._labeller.hear(self._at_frames.hear(self._melody.hear(melody)))
-        return self._resampled.hear(self._generator.hear(labels))
+        spoken = self._at_frames.hear(self._melody.hear(melody))
+        if len(spoken) == 0:  # between two frames of the head
+            return np.empty((0, N_AXES))
+        return self._resampled.hear(self._generator.hear(self._labeller.hear(spoken)))
 
     def end(self, n_frames: int) -> Floats:
         """Return the angles that are missing of ``n_frames``; the head stays as it is when nothing more is heard."""

@@ -43,13 +43,9 @@ class _Trial(NamedTuple):
 
 
 def report(training: Training, model: Model, speech: Speech, seed: int) -> dict[str, pd.DataFrame]:
-    """Return the reports that the system declares.
-
-    The curves depend on the training records only and take seconds; they are made for the first record of the actor.
-    """
-    first = speech.record == (training.order[0] if training.order else speech.record)
+    """Return the reports that the system declares. The curves take seconds."""
     return {
-        "curves": curves(training, model) if first else tables.empty("head_curves"),
+        "curves": curves(training, model),
         "means": means(training, model),
         "contours": contours(training, model),
         "segments": found_segments(model),
@@ -157,9 +153,11 @@ def contours(training: Training, model: Model) -> pd.DataFrame:
         for begin, end in itertools.pairwise(edges):
             places = begin + (np.arange(STEPS) + 0.5) * (end - begin) / STEPS
             course = frames[places.astype(np.int64), MELODY.index("pitch")]
-            label = model.stage.melody.labels[path.branch[begin]]
-            rows.append(pd.DataFrame({"pattern": label, "step": np.arange(STEPS), "pitch": course}))
-    grouped = pd.concat(rows).groupby(["pattern", "step"], sort=True)["pitch"]
+            rows.append((model.stage.melody.labels[path.branch[begin]], course))
+    labels, courses = zip(*rows, strict=True)
+    steps = np.tile(np.arange(STEPS), len(rows))
+    pitches = pd.DataFrame({"pattern": np.repeat(labels, STEPS), "step": steps, "pitch": np.concatenate(courses)})
+    grouped = pitches.groupby(["pattern", "step"], sort=True)["pitch"]
     return grouped.agg(pitch="mean", pitch_sd=lambda values: values.std(ddof=0), n="size").reset_index()
 
 

@@ -15,6 +15,7 @@ From speech to motion with the small model that comes with the package:
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +24,8 @@ import numpy as np
 import pandas as pd
 
 from cospeech import __version__
+from cospeech.api.heads import HeadModel, HeadPerformance, load_head_model, synthesize_head
+from cospeech.api.trained import check_tables, system_of_model
 from cospeech.corpus import any_body, intake
 from cospeech.corpus.retarget import MotionConventions
 from cospeech.data import segments, tables, vocabulary
@@ -39,8 +42,8 @@ from cospeech.motion.body import STANDARD
 from cospeech.motion.library import Library
 from cospeech.segmentation import gesture, phases, subunits
 from cospeech.segmentation import prosody as clustering
-from cospeech.speech import melody, pitch, syllables
 from cospeech.speech import prosody as measuring
+from cospeech.speech import syllables
 from cospeech.synthesis.controller import model as controller
 from cospeech.synthesis.controller.model import Segments
 from cospeech.synthesis.declaration import System
@@ -51,7 +54,31 @@ from cospeech.synthesis.training import Actor, fold
 from cospeech.workflow import config, model_folder, sweep
 from cospeech.workflow import records as record_list
 
-BUNDLED = Path(__file__).parent / "bundled_model"
+__all__ = [
+    "BUNDLED",
+    "ActorModel",
+    "HeadModel",
+    "HeadPerformance",
+    "MotionLibrary",
+    "Performance",
+    "Record",
+    "Settings",
+    "default_settings",
+    "load_head_model",
+    "load_model",
+    "load_record",
+    "motion_library",
+    "prosody",
+    "record_of_run",
+    "score",
+    "synthesize",
+    "synthesize_head",
+    "system_of_model",
+    "train",
+    "write_bvh",
+]
+
+BUNDLED = Path(__file__).parents[1] / "bundled_model"
 """The model of a virtual actor that comes with the package."""
 
 Settings = Mapping[str, Any]
@@ -96,36 +123,6 @@ class ActorModel(NamedTuple):
     prosody_model: LabelledHMM
     gestures: pd.DataFrame
     motions: Mapping[str, pd.DataFrame]
-
-
-class HeadModel(NamedTuple):
-    """A system that moves the head alone, trained on an actor's records.
-
-    Attributes
-    ----------
-    card : what the model is and which settings it uses (see docs/models.md).
-    system : the declaration of its system.
-    trained : the method of the system and its trained model.
-    """
-
-    card: Mapping[str, Any]
-    system: System
-    trained: Trained
-
-
-class HeadPerformance(NamedTuple):
-    """How a model moves a head to speech.
-
-    Attributes
-    ----------
-    head : angles of the head (schema ``head``).
-    decoding : one row that describes how they were made (schema ``decoding``).
-    sound : (n,) the speech at 16 kHz, full scale 1.
-    """
-
-    head: pd.DataFrame
-    decoding: pd.DataFrame
-    sound: Floats
 
 
 class Performance(NamedTuple):
@@ -264,7 +261,7 @@ def prosody(sound: str | Path | Floats, *, settings: Settings | None = None, rec
     """
     how = dict((settings or default_settings())["speech"])
     voiced_gain = how.pop("voiced_gain")
-    frames = measuring.measure(_samples(sound, None), RATE_HZ, **how)
+    frames = measuring.measure(audio.samples(sound, None), RATE_HZ, **how)
     return measuring.features(frames, measuring.statistics(record, frames, voiced_gain), how["frame_s"])
 
 
@@ -381,7 +378,7 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
     if system.makes == "head":
         raise UserError(f"{place}: a model of '{system.name}', which moves the head alone; see api.load_head_model")
     read = model_folder.read(place)
-    _check_tables(place, system, read, ("gestures", "gesture_model", "prosody_model"))
+    check_tables(place, system, read, ("gestures", "gesture_model", "prosody_model"))
     with naming(system):
         method = method_of(system)
         recorded = {name: table for name, table in read.tables.items() if name.startswith("motion~")}
@@ -392,63 +389,6 @@ def load_model(folder: str | Path | None = None) -> ActorModel:
         labelled_hmm.from_table(read.tables[name]) for name in ("gesture_model", "prosody_model")
     )
     return ActorModel(read.card, system, trained, gesture_model, prosody_model, read.tables["gestures"], motions)
-
-
-def load_head_model(folder: str | Path) -> HeadModel:
-    """Load a model of a system that moves the head alone, trained by ``cospeech run models``.
-
-    Parameters
-    ----------
-    folder : folder of the model.
-
-    Raises
-    ------
-    UserError : if the folder contains no such model, or it is incomplete, damaged, or of another version.
-
-    Examples
-    --------
-    >>> model = api.load_head_model("results/demo/models/head/main/ada")  # doctest: +SKIP
-    """
-    place = Path(folder)
-    system = system_of_model(place)
-    if system.makes != "head":
-        raise UserError(f"{place}: a model of '{system.name}', which makes {system.makes}; see api.load_model")
-    read = model_folder.read(place)
-    _check_tables(place, system, read)
-    with naming(system):
-        method = method_of(system)
-        return HeadModel(read.card, system, Trained(method, method.from_tables(read.tables)))
-
-
-def system_of_model(folder: str | Path) -> System:
-    """Return the declaration of the system that a model belongs to.
-
-    Parameters
-    ----------
-    folder : folder of the model.
-
-    Raises
-    ------
-    UserError : if the folder contains no model, or its system is not installed.
-
-    Examples
-    --------
-    >>> api.system_of_model(api.BUNDLED).makes
-    'phrases'
-    """
-    card = model_folder.read_card(Path(folder))
-    try:
-        return installed(card["system"])
-    except UserError as error:
-        raise UserError(f"{folder}: {error}") from error
-
-
-def _check_tables(place: Path, system: System, read: model_folder.ModelFolder, others: Sequence[str] = ()) -> None:
-    missing = [name for name in (*system.tables, *others) if name not in read.tables]
-    if missing:
-        raise UserError(
-            f"{place}: not a model of '{system.name}' as installed, which has a table '{missing[0]}'; train it again"
-        )
 
 
 class MotionLibrary(NamedTuple):
@@ -507,6 +447,25 @@ def motion_library(
     return MotionLibrary(found, made)
 
 
+def with_keywords(model: ActorModel, keywords: Mapping[str, Sequence[int]]) -> ActorModel:
+    """Return a gesture controller that shows certain segments of its motion library when it hears certain words.
+
+    Parameters
+    ----------
+    model : the model of a gesture controller.
+    keywords : segments that each keyword calls for, as numbered in the table ``library`` of the model. They replace
+        the keywords that the model has.
+
+    Raises
+    ------
+    UserError : if the model is not a gesture controller that runs live, or a keyword has no segment of its library.
+    """
+    if model.system.model != "controller" or not model.system.live:
+        raise UserError(f"keywords need a model of 'controller', and this is one of '{model.system.name}'")
+    changed = controller.with_library(model.trained.model, None, keywords)
+    return model._replace(trained=model.trained._replace(model=changed))
+
+
 def synthesize(
     sound: str | Path | Floats,
     model: ActorModel,
@@ -515,6 +474,7 @@ def synthesize(
     seed: int | None = None,
     channel: int | None = None,
     body: pd.DataFrame | None = None,
+    words: pd.DataFrame | None = None,
 ) -> Performance:
     """Synthesize gestures for speech.
 
@@ -527,6 +487,8 @@ def synthesize(
     channel : channel of the file to use, counted from 1; by default all channels are mixed down to one.
     body : motion table that hips, spine, head and legs are taken from, as long as the sound; by default the body
         stands still.
+    words : the words of the speech with their times (schema ``words``), for a gesture controller with keywords: each
+        keyword calls for its gestures when it has been spoken.
 
     Returns
     -------
@@ -534,7 +496,8 @@ def synthesize(
 
     Raises
     ------
-    UserError : if the sound cannot be read or is not speech, or ``body`` is longer or shorter than the sound.
+    UserError : if the sound cannot be read or is not speech, ``body`` is longer or shorter than the sound, or
+        ``words`` contains no keyword of the model, or continues after the end of the sound.
 
     Examples
     --------
@@ -544,7 +507,7 @@ def synthesize(
     >>> float(performance.phrases["end_s"].iloc[-1])
     10.0
     """
-    samples = _samples(sound, channel)
+    samples = audio.samples(sound, channel)
     name = record or ("speech" if isinstance(sound, np.ndarray) else Path(sound).stem)
     card, fps = model.card, float(model.card["motion_fps"])
     table = prosody(samples, settings=card, record=name)
@@ -561,6 +524,7 @@ def synthesize(
         labels=segments.to_labels(clusters),
         prosody=table,
         syllables=syllables.table(name, syllables.find(samples, RATE_HZ)),
+        words=None if words is None else _keywords_in(words, model, len(samples) / RATE_HZ),
         driving_record=name,
         motion_fps=fps,
         n_motion_frames=n_frames,
@@ -575,53 +539,6 @@ def synthesize(
     own = skeleton.standing(n_frames, fps) if body is None else body
     motion = assembly.motion(units, pool, model.motions, own, **card["smoothing"])
     return Performance(made.phrases, motion, made.decoding, samples)
-
-
-def synthesize_head(
-    sound: str | Path | Floats,
-    model: HeadModel,
-    *,
-    record: str | None = None,
-    seed: int | None = None,
-    channel: int | None = None,
-) -> HeadPerformance:
-    """Synthesize the movements of a head for speech.
-
-    Parameters
-    ----------
-    sound, record, seed, channel : as for ``synthesize``.
-    model : the model of an actor.
-
-    Returns
-    -------
-    Angles of the head that last as long as the sound, to the frame.
-
-    Raises
-    ------
-    UserError : if the sound cannot be read or is not speech.
-
-    Examples
-    --------
-    >>> model = api.load_head_model("results/demo/models/head/main/ada")  # doctest: +SKIP
-    >>> api.synthesize_head("speech.wav", model).head[["x_deg", "y_deg", "z_deg"]].std()  # doctest: +SKIP
-    """
-    samples = _samples(sound, channel)
-    name = record or ("speech" if isinstance(sound, np.ndarray) else Path(sound).stem)
-    card, fps = model.card, float(model.card["motion_fps"])
-    drawn = card["seed"] if seed is None else seed
-    heard = melody.table(name, pitch.track(samples, RATE_HZ).f0_hz, melody.intensity(samples, RATE_HZ), drawn)
-    speech = Speech(
-        name,
-        melody.STEP_S,
-        len(heard),
-        melody=heard,
-        driving_record=name,
-        motion_fps=fps,
-        n_motion_frames=max(1, round(len(samples) / RATE_HZ * fps)),
-    )
-    made = perform(model.system, model.trained, speech, drawn)
-    assert made.head is not None  # as it declares
-    return HeadPerformance(made.head, made.decoding, samples)
 
 
 def score(actual: pd.DataFrame, synthesised: pd.DataFrame, *, settings: Settings | None = None) -> pd.DataFrame:
@@ -670,8 +587,26 @@ def write_bvh(motion: pd.DataFrame, path: str | Path) -> None:
     bvh.write(motion, path)
 
 
-def _samples(sound: str | Path | Floats, channel: int | None) -> Floats:
-    return sound if isinstance(sound, np.ndarray) else audio.read(sound, channel).samples
+def _keywords_in(words: pd.DataFrame, model: ActorModel, duration_s: float) -> pd.DataFrame:
+    """Return the words that are keywords of a model, whatever their case, as the model spells them."""
+    method: Any = model.trained.method
+    known = method.controls(model.trained.model).keywords if hasattr(method, "controls") else ()
+    if not known:
+        raise UserError(f"this model of '{model.system.name}' has no keywords; give a gesture controller some first")
+    late = words[words["end_s"] > duration_s + 0.5]
+    if len(late):
+        word, end_s = late.iloc[0][["word", "end_s"]]
+        raise UserError(
+            f"the word '{word}' ends at {end_s:.3f} s, but the sound at {duration_s:.3f} s; give the words of the "
+            "sound"
+        )
+    spelled = {word.casefold(): word for word in known}
+    found = words.assign(word=words["word"].str.casefold().map(spelled)).dropna(subset="word")
+    if found.empty:
+        near = difflib.get_close_matches(next(iter(spelled)), words["word"].str.casefold().unique().tolist(), n=1)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        raise UserError(f"none of the keywords {', '.join(known)} is among the words{hint}")
+    return found
 
 
 def _check_body(body: pd.DataFrame, duration_s: float, fps: float) -> None:
