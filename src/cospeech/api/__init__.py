@@ -459,6 +459,14 @@ def with_keywords(model: ActorModel, keywords: Mapping[str, Sequence[int]]) -> A
     Raises
     ------
     UserError : if the model is not a gesture controller that runs live, or a keyword has no segment of its library.
+
+    Examples
+    --------
+    The bundled model is not a controller:
+
+    >>> api.with_keywords(api.load_model(), {"left": [3, 7]})
+    Traceback (most recent call last):
+    cospeech.errors.UserError: keywords need a model of 'controller', and this is one of 'hsmm_sampled'
     """
     if model.system.model != "controller" or not model.system.live:
         raise UserError(f"keywords need a model of 'controller', and this is one of '{model.system.name}'")
