@@ -75,6 +75,7 @@ __all__ = [
     "synthesize_head",
     "system_of_model",
     "train",
+    "with_keywords",
     "write_bvh",
 ]
 
