@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MOTION = (".bvh", ".c3d", ".csv", ".glb", ".npz", ".parquet", ".trc")
 
 LONGEST_DIFFERENCE_S = 0.1
-"""Difference between the durations of motion and sound from which on the user is told of it."""
+"""Durations of motion and sound that differ by more than this many seconds are reported to the user."""
 
 DESCRIPTION = """\
 Show motion in 3D, with sound.

@@ -246,7 +246,8 @@ class File:
         values = np.array(self.nodes[node].get(what, default), dtype=float)
         if values.shape != (len(default),) or not (np.abs(values) < LARGEST).all():
             raise UserError(
-                f"{self.where}: the {what} of node {node} is no list of sensible numbers; export it again"
+                f"{self.where}: the {what} of node {node} is not a list of {len(default)} finite numbers of "
+                "usual size; export it again"
             )
         return values
 

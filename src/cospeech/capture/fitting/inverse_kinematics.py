@@ -20,6 +20,7 @@ import numpy.typing as npt
 from cospeech.capture.fitting import body_model
 from cospeech.capture.fitting.body_model import BALL, FREE, HINGE_X, HINGE_Z, KINDS, PARENTS, UPRIGHT, BodyModel
 from cospeech.data.arrays import Floats, Integers
+from cospeech.geometry.cholesky import solve_in_place
 from cospeech.kernels.jit import njit
 
 TURN_PACE, SLIDE_PACE_M = 0.35, 0.1
@@ -212,28 +213,6 @@ def _normal(jacobian, residual, moves, marker_part, square, gradient):  # type: 
 
 
 @njit
-def _cholesky_solve(square, right, lower, solution):  # type: ignore[no-untyped-def]
-    """Solve square x = right into ``solution`` (D,), reading the lower triangle of the positive definite square."""
-    n = len(right)
-    for i in range(n):
-        for j in range(i + 1):
-            value = square[i, j]
-            for k in range(j):
-                value -= lower[i, k] * lower[j, k]
-            lower[i, j] = np.sqrt(value) if i == j else value / lower[j, j]
-    for i in range(n):
-        value = right[i]
-        for k in range(i):
-            value -= lower[i, k] * solution[k]
-        solution[i] = value / lower[i, i]
-    for i in range(n - 1, -1, -1):
-        value = solution[i]
-        for k in range(i + 1, n):
-            value -= lower[k, i] * solution[k]
-        solution[i] = value / lower[i, i]
-
-
-@njit
 def _minimise(  # type: ignore[no-untyped-def]
     turn, slide, hold, seen, offsets, marker_place, weight, parents, kinds, marker_part, part, axis, slides, moves
 ):
@@ -241,7 +220,7 @@ def _minimise(  # type: ignore[no-untyped-def]
     n = len(part)
     turns, places = np.empty((len(parents), 3, 3)), np.empty((len(parents), 3))
     residual, jacobian = np.empty((len(marker_part), 3)), np.empty((len(marker_part), 3, n))
-    square, damped, lower = np.empty((n, n)), np.empty((n, n)), np.zeros((n, n))
+    square, damped = np.empty((n, n)), np.empty((n, n))
     gradient, step, moved = np.empty(n), np.empty(n), np.zeros(n)
     _place(turn, slide, offsets, parents, kinds, turns, places)
     cost = _residuals(turns, places, marker_part, marker_place, weight, seen, residual)
@@ -258,7 +237,8 @@ def _minimise(  # type: ignore[no-untyped-def]
         damped[:] = square
         for d in range(n):
             damped[d, d] += damping * square[d, d]
-        _cholesky_solve(damped, -gradient, lower, step)
+        step[:] = -gradient
+        solve_in_place(damped, step.reshape(n, 1))
         tried_turn, tried_slide = turn.copy(), slide.copy()
         _step(tried_turn, tried_slide, step, part, axis, slides)
         _place(tried_turn, tried_slide, offsets, parents, kinds, turns, places)

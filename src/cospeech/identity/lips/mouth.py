@@ -84,7 +84,7 @@ def find(picture: Plane, where: str, centre: tuple[float, float] | None = None) 
 
     Raises
     ------
-    UserError : if there is no face, unless ``centre`` is given.
+    UserError : if no face is found and ``centre`` is not given.
     """
     boxes = np.array([box for scale in SCALES if (box := _largest_box(picture, scale)) is not None])
     if not len(boxes):

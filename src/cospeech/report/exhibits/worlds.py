@@ -178,7 +178,7 @@ def figure(numbers: pd.DataFrame) -> Figure:
     n_rows = n_systems * n_blocks
     drawn, axes = style.figure(0.3 + 0.5 * n_blocks + 0.85 * n_rows, n_rows, n_columns, sharex=True, sharey=True)
     axes[0, 0].set_xlim(_range(numbers[numbers["measure"].isin(DRAWN)]))
-    for panel in axes.flat:  # scaling shared axes anew for every mark takes minutes if there are many
+    for panel in axes.flat:  # with many panels, rescaling shared axes after every mark would take minutes
         panel.set_autoscale_on(False)
     for place, (actor, world, coupling) in enumerate(
         zip(actors["actor"], actors["world"], actors["coupling"], strict=True)
